@@ -11,7 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/estimation/adaptive.h"
+#include "apps/estimation/estimator.h"
 #include "localisation/least_squares_fix.h"
 #include "localisation/paper_trilateration.h"
 #include "tests/support/synthetic_lab.h"

@@ -3,21 +3,51 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
 namespace twocone::behaviours {
 namespace {
 
-/// Returns a number in [0, 1). The distributions of the standard library differ between implementations, and a run must
-/// not depend on that.
-double unit(std::mt19937_64& random) { return std::ldexp(double(random() >> 11), -53); }
+double distance_to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const Eigen::Vector2d along = b - a;
+  const double length2 = along.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(along) / length2, 0.0, 1.0) : 0.0;
+  return (p - (a + t * along)).norm();
+}
+
+/// Returns the signed distance, negative inside the outline. The even-odd rule decides what is inside.
+double distance_to_outline(const Eigen::Vector2d& p, const Outline& outline) {
+  double nearest = std::numeric_limits<double>::infinity();
+  bool inside = false;
+  for (std::size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
+    const Eigen::Vector2d& a = outline[j];
+    const Eigen::Vector2d& b = outline[i];
+    nearest = std::min(nearest, distance_to_segment(p, a, b));
+    const bool crosses = (a.y() > p.y()) != (b.y() > p.y());
+    if (crosses && p.x() < a.x() + (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y())) inside = !inside;
+  }
+  return inside ? -nearest : nearest;
+}
 
 double turn_rate_on_the_spot(const Body& body) {
   return 2 * Wander::kTurning * body.max_speed_mps / body.wheel_separation_m;
 }
 
 }  // namespace
+
+double fraction(std::mt19937_64& random) { return double(random() >> 11U) * 0x1p-53; }
+
+double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
+  double least = std::min((p_m - min_m).minCoeff(), (max_m - p_m).minCoeff());
+  for (const Outline& outline : outlines) least = std::min(least, distance_to_outline(p_m, outline));
+  for (const Disc& disc : discs) {
+    const Eigen::Vector2d centre_m(disc.centre.x_m, disc.centre.y_m);
+    least = std::min(least, (p_m - centre_m).norm() - disc.radius_m);
+  }
+  return least;
+}
 
 Motion Still::decide(const localisation::Pose& /*believed*/, double /*step_s*/) { return {}; }
 
@@ -39,8 +69,8 @@ Motion Wander::decide(const localisation::Pose& believed, double step_s) {
       side_ = 0;
       return {kForward * body_.max_speed_mps, 0};
     }
-    if (side_ == 0) side_ = unit(random_) < 0.5 ? 1 : -1;
-    turn_left_s_ = kShortestTurn_s + (kLongestTurn_s - kShortestTurn_s) * unit(random_);
+    if (side_ == 0) side_ = fraction(random_) < 0.5 ? 1 : -1;
+    turn_left_s_ = kShortestTurn_s + (kLongestTurn_s - kShortestTurn_s) * fraction(random_);
   }
   return {0, side_ * turn_rate_on_the_spot(body_)};
 }

@@ -7,10 +7,27 @@
 
 #include <Eigen/Core>
 
-#include "apps/behaviours/arena.h"
+#include "base/plane.h"
 #include "localisation/odometry.h"
 
 namespace twocone::behaviours {
+
+using Outline = std::vector<Eigen::Vector2d>;  ///< corners of a simple polygon, world frame, metres
+
+/// The area in which a robot may drive, according to its map: inside the walls and outside every obstacle.
+struct Arena {
+  Eigen::Vector2d min_m, max_m;
+  std::vector<Outline> outlines;
+  std::vector<Disc> discs;
+
+  /// Returns the distance from `p_m` to the nearest wall or obstacle, metres; negative inside an obstacle or beyond a
+  /// wall.
+  [[nodiscard]] double clearance_m(const Eigen::Vector2d& p_m) const;
+};
+
+/// Returns a random number in [0, 1). The distributions of the standard library differ between implementations, and a
+/// run must not depend on that.
+double fraction(std::mt19937_64& random);
 
 /// The motion of the body that a behaviour requests.
 struct Motion {

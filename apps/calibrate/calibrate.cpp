@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/calibrate/sightings.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 

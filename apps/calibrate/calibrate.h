@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <opencv2/core.hpp>
 
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
@@ -59,6 +62,8 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
 /// Replaces the report's rig and drive with another solution of `report.problem`. @param result with kOk
 void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report);
 
+// ---- frames and what is sighted in them
+
 /// Returns the motion of the body before a row of run.frames, from the wheels' believed sizes and their readings at
 /// this row and the row before. An image is never newer than its stamp. Returns nothing for the first row or if
 /// readings are missing.
@@ -66,6 +71,34 @@ std::optional<vision::BodyTwist> twist_at(const runlog::RunData& run, std::size_
 
 /// Returns the rows of run.frames that a calibration of this run alone uses.
 std::vector<std::size_t> chosen_rows(std::size_t frames, int wanted);
+
+/// The frames of several runs that a calibration uses.
+struct ChosenFrames {
+  struct Frame {
+    const runlog::RunData* run;
+    std::size_t row;                           ///< of run->frames
+    std::size_t first_landmark;                ///< index in `landmarks` of the first landmark of the run's map
+    std::vector<vision::WheelReading> wheels;  ///< since the previous chosen frame, as in CalibrationFrame
+  };
+  std::vector<Frame> frames;
+  std::vector<Landmark> landmarks;  ///< of the maps of all runs, run by run
+};
+
+/// Chooses about `count` frames, spread evenly from the first to the last of each run.
+ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);
+
+/// The sightings of the landmarks with `rig`.
+struct Sighted {
+  std::vector<vision::CalibrationFrame> frames;
+  std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
+};
+Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+              const std::function<void(double)>& progress);
+
+/// Returns about thirty images of one view from the chosen frames. Unreadable images are left out.
+std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side side);
+
+// ---- output
 
 /// Returns the table for a terminal: at most 100 columns, in millimetres, degrees and pixels.
 std::string table(const Report& report);

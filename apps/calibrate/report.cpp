@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <string_view>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -14,6 +14,8 @@
 namespace twocone::calibrate {
 namespace {
 
+using namespace std::string_view_literals;
+
 /// A parameter in units for people: millimetres and degrees.
 struct Shown {
   std::string name;
@@ -23,15 +25,13 @@ struct Shown {
 
 Shown shown(const std::string& name) {
   constexpr double kDegrees = 180 / std::numbers::pi;
-  const auto without = [&name](std::string_view ending, const char* unit, double factor) -> std::optional<Shown> {
+  for (const auto& [ending, unit, factor] :
+       {std::tuple{"_px"sv, "px", 1.0}, {"_rad"sv, "deg", kDegrees}, {"_m"sv, "mm", 1000.0}}) {
     const std::size_t at = name.rfind(ending);
     const std::size_t end = at + ending.size();
-    if (at == std::string::npos || (end != name.size() && name[end] != '.')) return std::nullopt;
-    return Shown{name.substr(0, at) + name.substr(end), unit, factor};
-  };
-  if (auto s = without("_px", "px", 1)) return *s;
-  if (auto s = without("_rad", "deg", kDegrees)) return *s;
-  if (auto s = without("_m", "mm", 1000)) return *s;
+    if (at == std::string::npos || (end != name.size() && name[end] != '.')) continue;
+    return {name.substr(0, at) + name.substr(end), unit, factor};
+  }
   return {name, "", 1};
 }
 
@@ -63,13 +63,6 @@ constexpr double kPanel_px = 420;
 constexpr double kMargin_px = 20;
 constexpr double kHead_px = 64;
 
-struct Panel {
-  const char* title;
-  Eigen::Vector2d vision::SightingResidual::*which;
-  const vision::MirrorView& view;
-  double rms_px;
-};
-
 /// Returns 1, 2 or 5 times a power of ten, so that a residual of the rms is drawn about 12 px long.
 double magnification(double rms_px) {
   const double wanted = 12 / std::max(rms_px, 1e-6);
@@ -78,10 +71,15 @@ double magnification(double rms_px) {
   return power * (lead >= 5 ? 5 : lead >= 2 ? 2 : 1);
 }
 
-std::string draw(const Report& report, vision::Side side, const Panel& panel, double left_px) {
-  const vision::MirrorViewSettings& s = panel.view.settings();
+/// Draws one half of the figure: the residuals before the calibration, or those after it.
+std::string draw(const Report& report, vision::Side side, bool is_after) {
+  const vision::Rig& rig = is_after ? report.after : report.before;
+  const vision::MirrorViewSettings& s = (side == vision::Side::kLower ? rig.lower : rig.upper).settings();
+  const auto& rms_px = is_after ? report.result.rms_after_px : report.result.rms_before_px;
+  const double of_view_px = rms_px[side == vision::Side::kLower ? 0 : 1];
+  const double left_px = is_after ? kPanel_px : 0;
   const double scale = (kPanel_px / 2 - kMargin_px) / s.rim_radius_px;
-  const double times = magnification(panel.rms_px);
+  const double times = magnification(of_view_px);
   const auto place = [&](const Eigen::Vector2d& pixel_px) -> Eigen::Vector2d {
     return Eigen::Vector2d(left_px + kPanel_px / 2, kHead_px + kPanel_px / 2) + scale * (pixel_px - s.centre_px);
   };
@@ -90,14 +88,14 @@ std::string draw(const Report& report, vision::Side side, const Panel& panel, do
       "<text x=\"{:.1f}\" y=\"38\">{}: rms {:.3f} px, drawn {:g} times</text>\n"
       "<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\" fill=\"none\" stroke=\"#777777\"/>\n"
       "<path d=\"M {:.2f} {:.2f} h 8 M {:.2f} {:.2f} v 8\" stroke=\"#777777\"/>\n",
-      left_px + kMargin_px, panel.title, panel.rms_px, times, centre.x(), centre.y(), scale * s.rim_radius_px,
-      centre.x() - 4, centre.y(), centre.x(), centre.y() - 4);
+      left_px + kMargin_px, is_after ? "after" : "before", of_view_px, times, centre.x(), centre.y(),
+      scale * s.rim_radius_px, centre.x() - 4, centre.y(), centre.x(), centre.y() - 4);
   // One pixel of the image is `scale` pixels of the figure.
   for (const vision::SightingResidual& r : report.result.residuals) {
     const vision::LandmarkSighting& sighting = report.problem.frames[r.frame].sightings[r.sighting];
     if (sighting.side != side) continue;
     const Eigen::Vector2d from = place(sighting.sighting.pixel_px);
-    Eigen::Vector2d arrow = times * (r.*panel.which);
+    Eigen::Vector2d arrow = times * (is_after ? r.after_px : r.before_px);
     // The arrow of an outlier could cross the whole figure.
     if (arrow.norm() > 60) arrow *= 60 / arrow.norm();
     const char* colour = r.outlier ? "#cc3311" : "#0077bb";
@@ -207,23 +205,13 @@ std::string to_json(const Report& report) {
 }
 
 std::string residual_figure(const Report& report, vision::Side side) {
-  const std::size_t view = side == vision::Side::kLower ? 0 : 1;
-  const bool is_lower = side == vision::Side::kLower;
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
       "font-family=\"sans-serif\" font-size=\"14\" fill=\"#333333\">\n<title>Residuals in the {2} view before and "
-      "after "
-      "calibration</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
+      "after calibration</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
       "<text x=\"{3:.0f}\" y=\"18\" font-weight=\"bold\">{2} view: measured minus predicted</text>\n",
       2 * kPanel_px, kPanel_px + kHead_px + kMargin_px, to_string(side), kMargin_px);
-  svg += draw(report, side,
-              {"before", &vision::SightingResidual::before_px, is_lower ? report.before.lower : report.before.upper,
-               report.result.rms_before_px[view]},
-              0);
-  svg += draw(report, side,
-              {"after", &vision::SightingResidual::after_px, is_lower ? report.after.lower : report.after.upper,
-               report.result.rms_after_px[view]},
-              kPanel_px);
+  for (const bool is_after : {false, true}) svg += draw(report, side, is_after);
   if (report.result.outliers > 0) {
     svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" fill=\"#cc3311\">red: outliers, left out</text>\n", kMargin_px,
                        kPanel_px + kHead_px + kMargin_px / 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/calibrate/sightings.h"
+#include "apps/calibrate/calibrate.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -92,7 +92,7 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       ranging.emplace(rig, targets, cv::Size(run.robot.lower.width_px, run.robot.lower.height_px),
                       cv::Size(run.robot.upper.width_px, run.robot.upper.height_px));
     } catch (const std::invalid_argument& error) {
-      throw config::FileError(fmt::format("{}: {}", run.map.file.string(), error.what()));
+      throw config::FileError("{}: {}", run.map.file.string(), error.what());
     }
     for (const ChosenFrames::Frame& frame : chosen.frames) {
       if (frame.run != &run) continue;

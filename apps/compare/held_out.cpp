@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 
 #include "apps/config/to_layers.h"
-#include "apps/estimation/adaptive.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/run_folder.h"
 

@@ -10,7 +10,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/estimation/adaptive.h"
+#include "apps/estimation/estimator.h"
 #include "apps/estimation/method.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "apps/behaviours/arena.h"
+#include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "drivers/backends.h"

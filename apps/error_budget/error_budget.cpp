@@ -11,9 +11,8 @@
 #include <fmt/format.h>
 #include <Eigen/Dense>
 
-#include "apps/behaviours/arena.h"
+#include "apps/behaviours/behaviour.h"
 #include "apps/config/to_layers.h"
-#include "apps/error_budget/sources.h"
 #include "apps/error_budget/viewpoint.h"
 
 namespace twocone::error_budget {
@@ -175,23 +174,26 @@ std::optional<vision::Rig> possible_rig(const World& believed) {
   }
 }
 
+/// One answer in a true world.
+struct Case {
+  const World* truth;
+  /// The square of the answer's error for one standard deviation of a part, by linear propagation.
+  std::function<std::optional<double>(const Part& part)> linear_m2;
+  /// The square of the error of the complete answer.
+  std::function<std::optional<double>(const World& believed, const vision::Rig& rig)> complete_m2;
+};
+
 /// The effect of sources on one kind of answer: the ranges, or the positions.
 struct Answers {
-  std::size_t count;  ///< of the answers
   std::vector<Source> sources;
-  /// The true world of an answer.
-  std::function<const World&(std::size_t i)> truth;
-  /// The square of an answer's error for one standard deviation of a part, by linear propagation.
-  std::function<std::optional<double>(std::size_t i, const Part& part)> linear_m2;
-  /// The square of the error of the complete answer.
-  std::function<std::optional<double>(std::size_t i, const World& believed, const vision::Rig& rig)> complete_m2;
+  std::vector<Case> cases;
 
   [[nodiscard]] MeanSquare analytic(const Source& source) const {
     MeanSquare mean;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (const Case& one : cases) {
       std::optional<double> square_m2 = 0;
       for (const Part& part : source.parts) {
-        const auto of_part_m2 = linear_m2(i, part);
+        const auto of_part_m2 = one.linear_m2(part);
         square_m2 = of_part_m2 && square_m2 ? std::optional(*square_m2 + *of_part_m2) : std::nullopt;
       }
       mean.add(square_m2);
@@ -204,14 +206,14 @@ struct Answers {
     MeanSquare mean;
     std::mt19937_64 engine(seed);
     std::normal_distribution<> normal;
-    for (int i = 0; i < draws && count > 0; ++i) {
-      const std::size_t k = std::size_t(i) % count;
-      World believed = truth(k);
+    for (int i = 0; i < draws && !cases.empty(); ++i) {
+      const Case& one = cases[std::size_t(i) % cases.size()];
+      World believed = *one.truth;
       for (const Source& source : of) {
         for (const Part& part : source.parts) part.apply(believed, normal(engine));
       }
       const auto rig = possible_rig(believed);
-      mean.add(rig ? complete_m2(k, believed, *rig) : std::nullopt);
+      mean.add(rig ? one.complete_m2(believed, *rig) : std::nullopt);
     }
     return mean;
   }
@@ -245,53 +247,44 @@ ErrorBudget error_budget(const config::Robot& robot, const config::Map& map, std
     return Viewpoint(world, pose, motion, settings.edge_noise_px, settings.tops_known);
   };
 
-  std::vector<World> worlds = range_worlds(truth, settings.range_m);
-  std::erase_if(worlds, [&](const World& world) { return viewpoint(world, {}).seen().empty(); });
-  std::vector<Viewpoint> of_ranges;
-  of_ranges.reserve(worlds.size());
-  for (const World& world : worlds) of_ranges.push_back(viewpoint(world, {}));
-  const Answers ranges{
-      .count = of_ranges.size(),
-      .sources = all_sources(settings, 1),
-      .truth = [&](std::size_t i) -> const World& { return worlds[i]; },
-      .linear_m2 = [&](std::size_t i, const Part& part) -> std::optional<double> {
-        const auto d = slope(of_ranges[i], worlds[i], part, 0);
-        return d ? std::optional(d->x() * d->x()) : std::nullopt;
-      },
-      .complete_m2 = [&](std::size_t i, const World& believed, const vision::Rig& rig) -> std::optional<double> {
-        const auto answer = of_ranges[i].answer(believed, rig, 0);
-        if (!answer) return std::nullopt;
-        return std::pow(answer->range_bearing.x() - of_ranges[i].true_range_m(0), 2);
-      }};
-
-  std::vector<Viewpoint> of_positions;
-  std::vector<Gain> gains;
-  for (const localisation::Pose& pose : poses) {
-    Viewpoint here = viewpoint(truth, pose);
-    Gain gain(here, truth);
-    if (!gain.determined()) continue;
-    of_positions.push_back(std::move(here));
-    gains.push_back(std::move(gain));
+  const std::vector<World> worlds = range_worlds(truth, settings.range_m);
+  Answers ranges{all_sources(settings, 1), {}};
+  for (const World& world : worlds) {
+    const Viewpoint here = viewpoint(world, {});
+    if (here.seen().empty()) continue;
+    const auto linear_m2 = [here, &world](const Part& part) -> std::optional<double> {
+      const auto d = slope(here, world, part, 0);
+      return d ? std::optional(d->x() * d->x()) : std::nullopt;
+    };
+    const auto complete_m2 = [here](const World& believed, const vision::Rig& rig) -> std::optional<double> {
+      const auto answer = here.answer(believed, rig, 0);
+      if (!answer) return std::nullopt;
+      return std::pow(answer->range_bearing.x() - here.true_range_m(0), 2);
+    };
+    ranges.cases.push_back({&world, linear_m2, complete_m2});
   }
-  const Answers positions{
-      .count = of_positions.size(),
-      .sources = all_sources(settings, int(truth.landmarks.size())),
-      .truth = [&](std::size_t) -> const World& { return truth; },
-      .linear_m2 = [&](std::size_t i, const Part& part) -> std::optional<double> {
-        const auto d_m = gains[i].slope_m(of_positions[i], truth, part);
-        return d_m ? std::optional(d_m->squaredNorm()) : std::nullopt;
-      },
-      .complete_m2 = [&](std::size_t i, const World& believed, const vision::Rig& rig) -> std::optional<double> {
-        const auto fix = of_positions[i].fix(believed, rig);
-        if (!fix) return std::nullopt;
-        const localisation::Pose& pose = of_positions[i].pose();
-        return (*fix->position_m - Eigen::Vector2d(pose.x_m, pose.y_m)).squaredNorm();
-      }};
+
+  Answers positions{all_sources(settings, int(truth.landmarks.size())), {}};
+  for (const localisation::Pose& pose : poses) {
+    const Viewpoint here = viewpoint(truth, pose);
+    const Gain gain(here, truth);
+    if (!gain.determined()) continue;
+    const auto linear_m2 = [here, gain, &truth](const Part& part) -> std::optional<double> {
+      const auto d_m = gain.slope_m(here, truth, part);
+      return d_m ? std::optional(d_m->squaredNorm()) : std::nullopt;
+    };
+    const auto complete_m2 = [here, pose](const World& believed, const vision::Rig& rig) -> std::optional<double> {
+      const auto fix = here.fix(believed, rig);
+      if (!fix) return std::nullopt;
+      return (*fix->position_m - Eigen::Vector2d(pose.x_m, pose.y_m)).squaredNorm();
+    };
+    positions.cases.push_back({&truth, linear_m2, complete_m2});
+  }
 
   ErrorBudget error_budget;
   error_budget.range_m = settings.range_m;
-  error_budget.ranges = int(ranges.count);
-  error_budget.poses = int(positions.count);
+  error_budget.ranges = int(ranges.cases.size());
+  error_budget.poses = int(positions.cases.size());
   error_budget.draws = settings.draws;
   const auto line = [&](std::string name, std::string size, std::size_t first, std::size_t count, std::uint64_t seed) {
     return ErrorBudgetLine{std::move(name), std::move(size),

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "apps/behaviours/behaviour.h"
+#include "apps/error_budget/error_budget.h"
 #include "localisation/fix.h"
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
@@ -70,5 +73,24 @@ class Viewpoint {
 };
 
 vision::Rig rig_of(const World& world);
+
+// ---- what may be wrong in a world
+
+/// One independent number that may be wrong.
+struct Part {
+  int landmark = -1;  ///< the only landmark that it affects; -1: all
+  /// Adds an error of `sigmas` standard deviations to `world`.
+  std::function<void(World& world, double sigmas)> apply;
+};
+
+/// A line of the error budget: parts with independent errors.
+struct Source {
+  std::string name;
+  std::string size;
+  std::vector<Part> parts;
+};
+
+/// Returns all sources of the settings, for a world with `landmarks` landmarks.
+std::vector<Source> all_sources(const ErrorBudgetSettings& settings, int landmarks);
 
 }  // namespace twocone::error_budget

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/estimation/adaptive.h"
+#include "apps/estimation/estimator.h"
 
 #include <algorithm>
 #include <array>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -11,9 +12,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/estimation/adaptive.h"
 #include "apps/estimation/image_as_mat.h"
-#include "apps/estimation/map_bounds.h"
 #include "localisation/paper_trilateration.h"
 
 namespace twocone::estimation {
@@ -29,7 +28,7 @@ Ranging make_ranging(Method method, const config::Robot& robot, const config::Ma
     if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper, wanted);
     return vision::OutlineRanging(rig, targets, lower, upper, wanted);
   } catch (const std::invalid_argument& error) {
-    throw config::FileError(fmt::format("{} with {}: {}", robot.file.string(), map.file.string(), error.what()));
+    throw config::FileError("{} with {}: {}", robot.file.string(), map.file.string(), error.what());
   }
 }
 
@@ -51,8 +50,8 @@ std::optional<vision::Stage> stage_of(const config::Robot& robot) {
   for (const vision::Stage stage : {vision::Stage::kFound, vision::Stage::kCoarse, vision::Stage::kFine}) {
     if (name == to_string(stage)) return stage;
   }
-  throw config::FileError(fmt::format("{}: estimator.stage is '{}', must be found, coarse, fine or {}",
-                                      robot.file.string(), name, kAdaptive));
+  throw config::FileError("{}: estimator.stage is '{}', must be found, coarse, fine or {}", robot.file.string(), name,
+                          kAdaptive);
 }
 
 /// Returns the indices of the landmarks to look for, or an empty list for all.
@@ -70,9 +69,8 @@ std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map
     }
   }
   if (unknown.empty()) return wanted;
-  throw config::FileError(fmt::format("{}: estimator.landmarks has {}, which {} does not; there are: {}",
-                                      robot.file.string(), fmt::join(unknown, ", "), map.file.string(),
-                                      fmt::join(names, ", ")));
+  throw config::FileError("{}: estimator.landmarks has {}, which {} does not; there are: {}", robot.file.string(),
+                          fmt::join(unknown, ", "), map.file.string(), fmt::join(names, ", "));
 }
 
 /// Returns the pixels of `image` as rgb, without a copy if they are rgb already. `converted` owns converted pixels.
@@ -85,9 +83,21 @@ Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Im
     return as_mat(image);
   }
   auto rgb = to_rgb8(image);
-  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", view, rgb.error().message)};
+  if (!rgb) return with_name(view, rgb.error());
   converted = std::move(*rgb);
   return as_mat(converted);
+}
+
+bool is_outside(const config::Bounds& bounds, const std::optional<Eigen::Vector2d>& position_m,
+                const std::optional<Eigen::Matrix3d>& covariance) {
+  if (!position_m || !covariance) return false;
+  const Eigen::Vector2d nearest_m(std::clamp(position_m->x(), bounds.min_x_m, bounds.max_x_m),
+                                  std::clamp(position_m->y(), bounds.min_y_m, bounds.max_y_m));
+  const Eigen::Vector2d out_m = *position_m - nearest_m;
+  const double distance_m = out_m.norm();
+  if (distance_m == 0) return false;
+  const Eigen::Vector2d normal = out_m / distance_m;
+  return distance_m > kOutsideSigmas * std::sqrt(normal.dot(covariance->topLeftCorner<2, 2>() * normal));
 }
 
 }  // namespace
@@ -155,6 +165,28 @@ Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper) co
   const bool is_bound = std::holds_alternative<vision::OutlineRanging>(ranging_) && !stage_ && keys_.budget_s;
   answer.timing.is_over_budget = is_bound && answer.timing.wall_s > *keys_.budget_s;
   return answer;
+}
+
+void check_bounds(const config::Bounds& bounds, localisation::Fix& fix) {
+  using localisation::FixVerdict;
+  if (fix.verdict != FixVerdict::kOk && fix.verdict != FixVerdict::kAmbiguous) return;
+  const bool is_ambiguous = fix.verdict == FixVerdict::kAmbiguous;
+  const bool is_first_out = is_outside(bounds, fix.position_m, fix.covariance);
+  const bool is_other_out = is_ambiguous && is_outside(bounds, fix.other_position_m, fix.other_covariance);
+  if (!is_first_out && !is_other_out) return;
+  if (is_ambiguous && is_first_out != is_other_out) {
+    fix.verdict = FixVerdict::kOk;
+    if (is_first_out) {
+      fix.position_m = fix.other_position_m;
+      fix.heading_rad = fix.other_heading_rad;
+      fix.covariance = fix.other_covariance;
+    }
+  } else {
+    fix.verdict = FixVerdict::kOutOfBounds;
+  }
+  fix.other_position_m.reset();
+  fix.other_heading_rad.reset();
+  fix.other_covariance.reset();
 }
 
 }  // namespace twocone::estimation

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <sstream>
 #include <tuple>
 
@@ -29,9 +30,8 @@ double upper_limit(const Validation& t, const Requirement& requirement) {
 
 Validation judge(const Check& fresh, const Requirement& requirement, std::size_t settings_swept) {
   constexpr Interval kUnknown{kInfinity, 0, kInfinity};
-  const auto has_values = [](const std::vector<double>& episode) { return !episode.empty(); };
-  const auto episodes_of = [&](const ByEpisode& values) {
-    return std::count_if(values.begin(), values.end(), has_values);
+  const auto episodes_of = [](const ByEpisode& values) {
+    return std::ranges::count_if(values, [](const std::vector<double>& episode) { return !episode.empty(); });
   };
   Validation validation;
   validation.episodes = int(episodes_of(fresh.position_errors_m));
@@ -82,12 +82,11 @@ class Reasons {
           number_of(choice_.validations.size(), "setting tested", "settings tested"),
           describe(sweep_.settings[nearest.setting].setting), figures(nearest));
     }
-    const SettingResult* nearest = nullptr;
     const auto wanted = [this](const SettingResult& s) { return has_target() ? mean_m(s) : s.robot_time_s(); };
-    for (const SettingResult& s : sweep_.settings) {
-      if (can_be_had(s) && (!nearest || wanted(s).value < wanted(*nearest).value)) nearest = &s;
-    }
-    if (!nearest) {
+    auto possible = sweep_.settings | std::views::filter(can_be_had);
+    const auto nearest =
+        std::ranges::min_element(possible, {}, [&](const SettingResult& s) { return wanted(s).value; });
+    if (nearest == possible.end()) {
       return fmt::format("no setting is confirmed: none with the scene's own effects answers in {:.0f} % of the frames",
                          100 * kLeastAnswered);
     }
@@ -129,7 +128,7 @@ class Reasons {
     std::size_t beyond = 0, rarely = 0, elsewhere = 0;
     for (std::size_t i = 0; i < sweep_.settings.size(); ++i) {
       const SettingResult& s = sweep_.settings[i];
-      if (std::find(tried_or_later.begin(), tried_or_later.end(), i) != tried_or_later.end()) continue;
+      if (std::ranges::find(tried_or_later, i) != tried_or_later.end()) continue;
       const bool is_better = has_target() ? s.robot_time_s().high < choice.robot_time_s().low
                                           : s.position_m && mean_m(s).high < mean_m(choice).low;
       if (!is_better) continue;

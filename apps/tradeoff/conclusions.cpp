@@ -2,8 +2,6 @@
 #include "apps/tradeoff/conclusions.h"
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -21,6 +19,26 @@ namespace {
 constexpr double kLeastPairs = 0.25;
 /// An interval that extends below this, or above its inverse, does not exclude an effect that matters.
 constexpr double kLeastEffect = 0.8;
+
+/// Settings that differ in `axis` only, each group by rising place. Only settings that answer often enough
+/// (kLeastAnswered) are included. The pointers refer to `sweep`.
+using AxisGroup = std::map<AxisPlace, const SettingResult*>;
+std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
+  std::map<std::vector<AxisPlace>, AxisGroup> groups;  // by the places on all other axes
+  for (const SettingResult& result : sweep.settings) {
+    if (!answers_enough(result)) continue;
+    std::vector<AxisPlace> others;
+    for (const Axis other : kAllAxes) {
+      if (other != axis) others.push_back(facts_of(other).place(result.setting));
+    }
+    groups[others].emplace(facts_of(axis).place(result.setting), &result);
+  }
+  std::vector<AxisGroup> of_two_or_more;
+  for (auto& [others, group] : groups) {
+    if (group.size() > 1) of_two_or_more.push_back(std::move(group));
+  }
+  return of_two_or_more;
+}
 
 /// The name of the time that a step on the axis costs.
 std::string_view cost_name(Axis axis) { return facts_of(axis).costs_rendering ? "simulation time" : "robot time"; }
@@ -53,7 +71,7 @@ Ratio ratio_of(const Pairs& pairs, const Figure& figure) {
   if (logs.size() > 1) {
     double squares = 0;
     for (const double x : logs) squares += (x - mean) * (x - mean);
-    scatter = boost::math::quantile(boost::math::students_t(n - 1), 0.975) * std::sqrt(squares / (n - 1) / n);
+    scatter = students_t(n - 1, 0.975) * std::sqrt(squares / (n - 1) / n);
   }
   const double down = std::max(scatter, std::sqrt(down_squares) / n), up = std::max(scatter, std::sqrt(up_squares) / n);
   return {std::exp(mean), std::exp(mean - down), std::exp(mean + up), int(logs.size())};
@@ -223,7 +241,7 @@ struct Point {
 };
 
 std::vector<Point> points_of(const AxisGroup& group, const std::function<Interval(const SettingResult&)>& figure) {
-  const double z = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2);
+  const double z = normal_quantile((1 + kConfidence) / 2);
   std::vector<Point> points;
   for (const auto& [place, result] : group) {
     const Interval f = figure(*result);
@@ -261,12 +279,11 @@ std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   Growth growth;
   growth.exponent = xy / xx;
   growth.points = points;
-  double half = boost::math::quantile(boost::math::normal(), (1 + kConfidence) / 2) / std::sqrt(xx);
+  double half = normal_quantile((1 + kConfidence) / 2) / std::sqrt(xx);
   if (const int freedom = points - used - 1; freedom > 0) {
     // Where the growth is no power law, points scatter about it by more than their own intervals.
     const double scatter = std::max(0.0, yy - growth.exponent * xy) / freedom;
-    const double t = boost::math::quantile(boost::math::students_t(freedom), (1 + kConfidence) / 2);
-    half = std::max(half, t * std::sqrt(scatter / xx));
+    half = std::max(half, students_t(freedom, (1 + kConfidence) / 2) * std::sqrt(scatter / xx));
   }
   growth.low = growth.exponent - half;
   growth.high = growth.exponent + half;

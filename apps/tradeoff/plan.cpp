@@ -16,6 +16,7 @@
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/estimation/estimator.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/tradeoff/statistics.h"
 #include "localisation/least_squares_fix.h"
@@ -27,21 +28,6 @@ namespace {
 /// Episodes of a sweep and of a check come from different random streams of one seed.
 enum class Stream : std::uint32_t { kSweep = 1, kCheck = 2 };
 
-/// Random numbers in [0, 1), the same with every standard library.
-class Numbers {
- public:
-  Numbers(std::uint64_t seed, Stream stream, int episode) {
-    std::seed_seq words{std::uint32_t(seed), std::uint32_t(seed >> 32U), std::uint32_t(stream), std::uint32_t(episode)};
-    engine_.seed(words);
-  }
-  double next() { return double(engine_() >> 11U) * 0x1p-53; }
-  double between(double least, double most) { return least + (most - least) * next(); }
-  std::uint64_t bits() { return engine_(); }
-
- private:
-  std::mt19937_64 engine_;
-};
-
 constexpr int kMostTries = 10'000;
 /// Speeds as fractions of the top speed.
 constexpr double kSlowest = 0.2;
@@ -51,16 +37,18 @@ constexpr double kSharpestTurn = 0.6;
 
 Episode make_episode(const config::Robot& robot, const config::Map& map, const behaviours::Arena& arena,
                      std::uint64_t seed, Stream stream, int number) {
-  Numbers numbers(seed, stream, number);
+  std::seed_seq words{std::uint32_t(seed), std::uint32_t(seed >> 32U), std::uint32_t(stream), std::uint32_t(number)};
+  std::mt19937_64 random(words);
+  const auto between = [&](double least, double most) { return least + (most - least) * behaviours::fraction(random); };
   Episode episode;
-  episode.seed = numbers.bits();
+  episode.seed = random();
   const double room_m = robot.body_radius_m + behaviours::Wander::kMargin_m;
   for (int i = 0; i < kMostTries; ++i) {
-    const double speed_mps = robot.drive.max_speed_mps * numbers.between(kSlowest, kFastest);
-    const double turn = numbers.between(-kSharpestTurn, kSharpestTurn);
-    localisation::Pose pose{numbers.between(map.bounds.min_x_m, map.bounds.max_x_m),
-                            numbers.between(map.bounds.min_y_m, map.bounds.max_y_m),
-                            numbers.between(-std::numbers::pi, std::numbers::pi)};
+    const double speed_mps = robot.drive.max_speed_mps * between(kSlowest, kFastest);
+    const double turn = between(-kSharpestTurn, kSharpestTurn);
+    localisation::Pose pose{between(map.bounds.min_x_m, map.bounds.max_x_m),
+                            between(map.bounds.min_y_m, map.bounds.max_y_m),
+                            between(-std::numbers::pi, std::numbers::pi)};
     episode.from = pose;
     const double left_mps = speed_mps * (1 - turn);
     const double right_mps = speed_mps * (1 + turn);
@@ -74,9 +62,8 @@ Episode make_episode(const config::Robot& robot, const config::Map& map, const b
     if (has_room) return episode;
   }
   throw config::FileError(
-      fmt::format("{}: none of {} random poses has {:.2f} m of free space around it: is body.radius_m "
-                  "right for this room?",
-                  map.file.string(), kMostTries, room_m));
+      "{}: none of {} random poses has {:.2f} m of free space around it: is body.radius_m right for this room?",
+      map.file.string(), kMostTries, room_m);
 }
 
 std::vector<Episode> make_episodes(const config::Robot& robot, const config::Map& map, std::uint64_t seed,
@@ -164,56 +151,49 @@ std::vector<SizeStep> sizes_of(bool is_fine) {
 /// From the precision of a full fit to that of the coarsest stage.
 constexpr std::array kEnough_m{0.0001, 0.0003, 0.001};
 
-class Settings {
- public:
-  Settings(const config::Robot& robot, const config::Map& map)
-      : landmarks_(int(map.landmarks.size())), rate_hz_(robot.lower.rate_hz) {
-    try {
-      const estimation::Estimator paper(estimation::Method::kPaper, robot, map);
-    } catch (const config::FileError&) {
-      has_paper_ = false;  // a mirror for which the paper's formulas do not hold
-    }
+/// Returns whether the paper's formulas hold for the robot's mirrors.
+bool is_for_paper(const config::Robot& robot, const config::Map& map) {
+  try {
+    const estimation::Estimator paper(estimation::Method::kPaper, robot, map);
+    return true;
+  } catch (const config::FileError&) {
+    return false;
   }
+}
 
-  /// Adds every level, by single frames and fused.
-  void add_levels(const Images& images) {
-    if (has_paper_) add(images, {.level = Level::kPaper});
-    for (const Level level : {Level::kFound, Level::kCoarse, Level::kFine}) {
-      add(images, {.level = level});
-      add(images, {.level = level, .frames = kStepsOfEpisode});
-    }
-    for (const double enough_m : kEnough_m) add(images, {.level = Level::kAdaptive, .enough_m = enough_m});
-    add(images, {.level = Level::kAdaptive, .enough_m = kEnough_m.front(), .frames = kStepsOfEpisode});
-  }
-  /// Adds settings that need no further images but are swept for few sizes only.
-  void add_details(const Images& images) {
-    for (int n = 3; n < landmarks_; ++n) add(images, {.landmarks = n});
-    add(images, {.bearings = false});
-    if (landmarks_ > 4) add(images, {.landmarks = 4, .bearings = false});
-    for (const int part : {1, 2, 3}) add(images, {.rate_hz = rate_hz_ / part, .frames = 2});
-  }
-  void add_effects(const Images& images) {
-    if (has_paper_) add(images, {.level = Level::kPaper});
-    for (const Level level : {Level::kFound, Level::kFine}) add(images, {.level = level});
-    add(images, {.frames = kStepsOfEpisode});
-  }
+// Settings of one set of images, without the images. 0 landmarks are all, and a rate of 0 is the robot's own.
 
-  [[nodiscard]] std::vector<Setting> take() { return std::move(settings_); }
-
- private:
-  /// @param setting without images; with all landmarks and at the robot's rate, unless it has its own
-  void add(const Images& images, Setting setting) {
-    setting.images = images;
-    if (setting.landmarks == 0) setting.landmarks = landmarks_;
-    if (setting.rate_hz == 0) setting.rate_hz = rate_hz_;
-    settings_.push_back(setting);
+/// Returns every level, by single frames and fused.
+std::vector<Setting> levels(bool has_paper) {
+  std::vector<Setting> all;
+  if (has_paper) all.push_back({.level = Level::kPaper});
+  for (const Level level : {Level::kFound, Level::kCoarse, Level::kFine}) {
+    all.push_back({.level = level});
+    all.push_back({.level = level, .frames = kStepsOfEpisode});
   }
+  for (const double enough_m : kEnough_m) all.push_back({.level = Level::kAdaptive, .enough_m = enough_m});
+  all.push_back({.level = Level::kAdaptive, .enough_m = kEnough_m.front(), .frames = kStepsOfEpisode});
+  return all;
+}
 
-  int landmarks_;
-  double rate_hz_;
-  bool has_paper_ = true;
-  std::vector<Setting> settings_;
-};
+/// Returns settings that need no further images but are swept for few sizes only.
+std::vector<Setting> details(int landmarks, double rate_hz) {
+  std::vector<Setting> all;
+  for (int n = 3; n < landmarks; ++n) all.push_back({.landmarks = n});
+  all.push_back({.bearings = false});
+  if (landmarks > 4) all.push_back({.landmarks = 4, .bearings = false});
+  for (const int part : {1, 2, 3}) all.push_back({.rate_hz = rate_hz / part, .frames = 2});
+  return all;
+}
+
+/// Returns the settings of images with other effects.
+std::vector<Setting> few_levels(bool has_paper) {
+  std::vector<Setting> all;
+  if (has_paper) all.push_back({.level = Level::kPaper});
+  for (const Level level : {Level::kFound, Level::kFine}) all.push_back({.level = level});
+  all.push_back({.frames = kStepsOfEpisode});
+  return all;
+}
 
 // ---- number of episodes, shards
 
@@ -239,16 +219,15 @@ void add_shards(const Images& images, int episodes, std::vector<Plan::Shard>& sh
 
 void check(const config::Robot& robot, const config::Map& map) {
   if (!config::is_simulated(robot)) {
-    throw config::FileError(fmt::format("{}: driver is '{}', must be sim_povray: settings are tested in simulation",
-                                        robot.file.string(), robot.drive.driver));
+    throw config::FileError("{}: driver is '{}', must be sim_povray: settings are tested in simulation",
+                            robot.file.string(), robot.drive.driver);
   }
   if (!robot.attach.empty()) {
-    throw config::FileError(fmt::format("{}: attach is '{}', must be absent: settings are tested in a separate world",
-                                        robot.file.string(), robot.attach));
+    throw config::FileError("{}: attach is '{}', must be absent: settings are tested in a separate world",
+                            robot.file.string(), robot.attach);
   }
   if (map.landmarks.size() < 3) {
-    throw config::FileError(
-        fmt::format("{}: there are {} landmarks, must be at least 3", map.file.string(), map.landmarks.size()));
+    throw config::FileError("{}: there are {} landmarks, must be at least 3", map.file.string(), map.landmarks.size());
   }
   (void)config::to_robot_settings(robot, map, 1);
 }
@@ -264,7 +243,7 @@ std::vector<int> steps_of(const Setting& setting, double robot_rate_hz) {
   const int step = static_cast<int>(std::lround(robot_rate_hz / setting.rate_hz));
   std::vector<int> steps;
   steps.reserve(std::size_t(setting.frames));
-  for (int i = 0; i < setting.frames; ++i) steps.push_back(kStepsOfEpisode - 1 - i * step);
+  for (int i = setting.frames - 1; i >= 0; --i) steps.push_back(kStepsOfEpisode - 1 - i * step);
   return steps;
 }
 
@@ -278,25 +257,29 @@ Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOpt
   plan.episodes = make_episodes(robot, map, options.seed, Stream::kSweep, episodes);
   plan.landmarks = rank_landmarks(robot, map, plan.episodes);
 
-  Settings settings(robot, map);
+  const bool has_paper = is_for_paper(robot, map);
   std::vector<Images> all;
-  const auto with = [&](const std::optional<Images>& images, auto add) {
+  const auto add = [&](const std::optional<Images>& images, const std::vector<Setting>& settings) {
     if (!images) return;
-    if (std::find(all.begin(), all.end(), *images) == all.end()) all.push_back(*images);
-    (settings.*add)(*images);
+    if (std::ranges::find(all, *images) == all.end()) all.push_back(*images);
+    for (Setting setting : settings) {
+      setting.images = *images;
+      if (setting.landmarks == 0) setting.landmarks = int(map.landmarks.size());
+      if (setting.rate_hz == 0) setting.rate_hz = plan.robot_rate_hz;
+      plan.settings.push_back(setting);
+    }
   };
   for (const SizeStep& step : sizes_of(options.fine)) {
     for (const int antialias : step.antialias) {
-      with(images_of(robot, step.size, antialias, Effects::kScene), &Settings::add_levels);
+      add(images_of(robot, step.size, antialias, Effects::kScene), levels(has_paper));
     }
   }
   for (const Fraction size : {Fraction{1, 2}, {1, 1}}) {
-    with(images_of(robot, size, 1, Effects::kScene), &Settings::add_details);
+    add(images_of(robot, size, 1, Effects::kScene), details(int(map.landmarks.size()), plan.robot_rate_hz));
     for (const Effects effects : {Effects::kFlat, Effects::kNoise}) {
-      with(images_of(robot, size, 1, effects), &Settings::add_effects);
+      add(images_of(robot, size, 1, effects), few_levels(has_paper));
     }
   }
-  plan.settings = settings.take();
   for (const Images& images : all) add_shards(images, episodes_of(images, robot, episodes), plan.shards);
   return plan;
 }

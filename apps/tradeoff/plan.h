@@ -7,7 +7,7 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
-#include "apps/tradeoff/setting.h"
+#include "apps/tradeoff/sweep.h"
 #include "base/plane.h"
 #include "hal/diff_drive.h"
 
@@ -22,8 +22,8 @@ struct Episode {
 };
 constexpr int kStepsOfEpisode = 4;
 
-/// Returns the frames of an episode that a setting uses for one answer, the last one first: `frames` of them, at its
-/// rate. With single frames, each frame is an answer, and this is the last one.
+/// Returns the frames of an episode that a setting uses for one answer, in their order: `frames` of them, at its rate,
+/// up to the last one. With single frames, each frame is an answer, and this is the last one.
 std::vector<int> steps_of(const Setting& setting, double robot_rate_hz);
 
 /// The user's options of a sweep.

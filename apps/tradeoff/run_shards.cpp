@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -40,16 +39,15 @@ std::string machine() {
 Setting as_is(const Subject& subject) {
   const config::Robot& robot = subject.robot;
   const config::EstimatorKeys& keys = robot.estimator;
-  Setting setting;
-  setting.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene};
+  Setting setting{.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene},
+                  .landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size()),
+                  .bearings = keys.bearings,
+                  .rate_hz = robot.lower.rate_hz};
   const std::string& level = keys.method == name(Level::kPaper) ? keys.method : keys.stage;
   for (const Level known : {Level::kPaper, Level::kFound, Level::kCoarse, Level::kAdaptive}) {
     if (level == name(known)) setting.level = known;
   }
   if (setting.level == Level::kAdaptive) setting.enough_m = keys.enough_m;
-  setting.landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size());
-  setting.bearings = keys.bearings;
-  setting.rate_hz = robot.lower.rate_hz;
   return setting;
 }
 
@@ -87,22 +85,21 @@ TimeFigures times_of(const ByEpisode& values) {
   return figures;
 }
 
-/// The numbers in all rows of one setting, and of its images.
+/// The numbers in all rows of one setting. The first setting of some images also has those of the images.
 struct Values {
   int frames = 0;  ///< those that require an answer
   ByEpisode position_m, heading_rad, range_m, in_ellipse, vision_s, localisation_s, robot_s;
   double bound_squares = 0;
   int bounds = 0;
   double peak_bytes = 0;
+  ByEpisode render_s;
+  double render_bytes = 0;
 };
-struct RenderValues {
-  ByEpisode cpu_s;
-  double peak_bytes = 0;
-};
-struct AllValues {
-  std::vector<Values> settings;
-  std::map<Images, RenderValues> images;
-};
+
+/// Returns the index of the first setting with these images.
+std::size_t first_of(const Plan& plan, const Images& images) {
+  return std::size_t(std::ranges::find(plan.settings, images, &Setting::images) - plan.settings.begin());
+}
 
 void add(Values& values, const FrameRow& row) {
   add(values.vision_s, row.episode, row.vision_s);
@@ -119,28 +116,28 @@ void add(Values& values, const FrameRow& row) {
   }
 }
 
-AllValues values_of(const Plan& plan, const ShardRecord& all) {
-  AllValues values{.settings = std::vector<Values>(plan.settings.size()), .images = {}};
+std::vector<Values> values_of(const Plan& plan, const ShardRecord& all) {
+  std::vector<Values> values(plan.settings.size());
   const auto index = [&plan](const auto& row) {
     if (row.setting >= 0 && std::size_t(row.setting) < plan.settings.size()) return std::size_t(row.setting);
     throw std::invalid_argument(
         fmt::format("a row is of setting {}, but the plan has 0 to {}", row.setting, int(plan.settings.size()) - 1));
   };
-  const auto of = [&](const auto& row) -> Values& { return values.settings[index(row)]; };
-  const auto images_of = [&](const auto& row) -> RenderValues& {
-    return values.images[plan.settings[index(row)].images];
+  const auto of = [&](const auto& row) -> Values& { return values[index(row)]; };
+  const auto images_of = [&](const auto& row) -> Values& {
+    return values[first_of(plan, plan.settings[index(row)].images)];
   };
   for (const FrameRow& row : all.frames) add(of(row), row);
   for (const RangeRow& row : all.ranges) add(of(row).range_m, row.episode, row.error_m);
-  for (const RenderRow& row : all.renders) add(images_of(row).cpu_s, row.episode, row.cpu_s);
+  for (const RenderRow& row : all.renders) add(images_of(row).render_s, row.episode, row.cpu_s);
   for (const MemoryRow& row : all.memory) of(row).peak_bytes = std::max(of(row).peak_bytes, row.peak_bytes);
   for (const MemoryRow& row : all.render_memory) {
-    images_of(row).peak_bytes = std::max(images_of(row).peak_bytes, row.peak_bytes);
+    images_of(row).render_bytes = std::max(images_of(row).render_bytes, row.peak_bytes);
   }
   return values;
 }
 
-SettingResult figures_of(const Setting& setting, const Values& values) {
+SettingResult figures_of(const Setting& setting, const Values& values, const Values& of_images) {
   SettingResult result;
   result.setting = setting;
   result.frames = values.frames;
@@ -150,10 +147,12 @@ SettingResult figures_of(const Setting& setting, const Values& values) {
   result.range_m = errors_of(values.range_m);
   if (count(values.in_ellipse) > 0) result.coverage = share_interval(values.in_ellipse, kConfidence);
   if (values.bounds > 0) result.bound_m = std::sqrt(values.bound_squares / values.bounds);
+  result.render_cpu = times_of(of_images.render_s);
   result.vision = times_of(values.vision_s);
   result.localisation = times_of(values.localisation_s);
   result.robot = times_of(values.robot_s);
   result.peak_bytes = values.peak_bytes;
+  result.render_bytes = of_images.render_bytes;
   return result;
 }
 
@@ -175,7 +174,7 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
       const auto progress = [&](double share) { watch.progress((before + share * weight) / all); };
       const Result<ShardRecord> record = run(shard, progress, stop);
       if (!record && stop) break;
-      if (!record) return Error{record.error().code, fmt::format("shard {}: {}", shard, record.error().message)};
+      if (!record) return with_name(fmt::format("shard {}", shard), record.error());
       folder.add(shard, *record);
     }
     before += weight;
@@ -185,24 +184,18 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
 }
 
 Sweep merge(const Plan& plan, const ShardRecord& all) {
-  const AllValues values = values_of(plan, all);
-  std::map<Images, TimeFigures> rendering;
-  for (const auto& [images, of_images] : values.images) rendering[images] = times_of(of_images.cpu_s);
+  const std::vector<Values> values = values_of(plan, all);
   Sweep sweep;
   for (std::size_t i = 0; i < plan.settings.size(); ++i) {
-    SettingResult result = figures_of(plan.settings[i], values.settings[i]);
-    if (const auto found = values.images.find(result.setting.images); found != values.images.end()) {
-      result.render_cpu = rendering[found->first];
-      result.render_bytes = found->second.peak_bytes;
-    }
-    sweep.settings.push_back(result);
+    const Setting& setting = plan.settings[i];
+    sweep.settings.push_back(figures_of(setting, values[i], values[first_of(plan, setting.images)]));
   }
   mark_frontiers(sweep.settings);
   return sweep;
 }
 
 Check check_of(const Plan& plan, const ShardRecord& all, std::size_t setting) {
-  const Values values = values_of(plan, all).settings.at(setting);
+  const Values values = values_of(plan, all).at(setting);
   return {values.position_m, values.robot_s, values.frames > 0 ? double(count(values.position_m)) / values.frames : 0};
 }
 

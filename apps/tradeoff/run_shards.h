@@ -13,7 +13,6 @@
 #include "apps/tradeoff/plan.h"
 #include "apps/tradeoff/shard.h"
 #include "apps/tradeoff/sweep.h"
-#include "apps/tradeoff/sweep_folder.h"
 #include "hal/result.h"
 
 namespace twocone::tradeoff {

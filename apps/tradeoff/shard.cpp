@@ -14,8 +14,8 @@
 #include <Eigen/Dense>
 
 #include "apps/config/to_layers.h"
-#include "apps/estimation/adaptive.h"
 #include "apps/estimation/estimator.h"
+#include "apps/estimation/track.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/runlog/summary/summary.h"
@@ -23,7 +23,6 @@
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "localisation/odometry.h"
-#include "localisation/pose_filter.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -56,21 +55,13 @@ struct RenderCosts {
   }
 };
 
-/// The peak of this process's resident memory since construction. The kernel keeps one such mark for each process, so
-/// only one object may exist at a time.
-class PeakMemory {
- public:
-  PeakMemory() {
-    std::ofstream mark("/proc/self/clear_refs");
-    mark << "5" << std::flush;  // proc(5): sets the peak to the present resident size
-    is_fresh_ = bool(mark);
-  }
-  /// Returns 0 where the kernel does not report the peak or does not allow its reset.
-  [[nodiscard]] double bytes() const { return is_fresh_ ? double(base::peak_memory_bytes(::getpid())) : 0; }
-
- private:
-  bool is_fresh_ = false;
-};
+/// Begins a new peak of this process's resident memory. The kernel keeps one such mark for each process.
+/// @returns false where the kernel does not allow it
+bool reset_peak_memory() {
+  std::ofstream mark("/proc/self/clear_refs");
+  mark << "5" << std::flush;  // proc(5): sets the peak to the present resident size
+  return bool(mark);
+}
 
 /// Returns an equal setting for all settings that give the same answers for a frame.
 Setting recipe_of(const Setting& s) {
@@ -209,24 +200,21 @@ class ShardRunner {
     return {};
   }
 
-  static Error with_episode(int episode, const Error& error) {
-    return {error.code, fmt::format("episode {}: {}", episode, error.message)};
-  }
-
   Result<std::vector<Shot>> take(const Plan::Shard& shard, const std::function<void(double)>& progress,
                                  const std::atomic<bool>& stop) {
     costs_ = std::make_shared<RenderCosts>();
     if (auto opened = open(shard.images); !opened) return opened.error();
     std::vector<Shot> shots;
     for (int episode = shard.first_episode; episode < shard.first_episode + shard.episodes; ++episode) {
-      if (auto driven = drive(episode, shots); !driven) return with_episode(episode, driven.error());
+      if (auto driven = drive(episode, shots); !driven)
+        return with_name(fmt::format("episode {}", episode), driven.error());
     }
     for (std::size_t i = 0; i < shots.size(); ++i) {
       if (stop) return stopped();
       Shot& shot = shots[i];
       for (const auto& [frame, image] : {std::pair{&shot.lower, &shot.lower_image}, {&shot.upper, &shot.upper_image}}) {
         auto finished = frame->image(kTimeout);
-        if (!finished) return with_episode(shot.episode, finished.error());
+        if (!finished) return with_name(fmt::format("episode {}", shot.episode), finished.error());
         *image = *std::move(finished);
       }
       progress(kRenderingShare * double(i + 1) / double(shots.size()));
@@ -240,17 +228,16 @@ class ShardRunner {
     Answers answers;
     // One answer before the timed ones, so that everything that is created at the first use exists.
     if (auto warmed = estimator.answer(*shots[0].lower_image, *shots[0].upper_image); !warmed) return warmed.error();
-    const PeakMemory memory;
+    const bool is_reset = reset_peak_memory();
     for (const Shot& shot : shots) {
       auto answer = estimator.answer(*shot.lower_image, *shot.upper_image);
-      if (!answer) return with_episode(shot.episode, answer.error());
+      if (!answer) return with_name(fmt::format("episode {}", shot.episode), answer.error());
       answers.frames.push_back(*std::move(answer));
     }
     // A robot has one pair of images in memory.
     const double pair_bytes = double(shots[0].lower_image->bytes.size() + shots[0].upper_image->bytes.size());
-    if (const double bytes = memory.bytes(); bytes > 0) {
-      answers.peak_bytes = bytes - double(shots.size() - 1) * pair_bytes;
-    }
+    const double bytes = is_reset ? double(base::peak_memory_bytes(::getpid())) : 0;
+    if (bytes > 0) answers.peak_bytes = bytes - double(shots.size() - 1) * pair_bytes;
     return answers;
   }
 
@@ -303,10 +290,9 @@ class ShardRunner {
   /// Adds one answer for each episode: that of the filter, which starts with the first of the frames.
   void judge_estimates(int number, const Setting& setting, const std::vector<Shot>& shots, const Answers& made,
                        const Bounds& bounds, ShardRecord& record) const {
-    auto steps = steps_of(setting, plan_.robot_rate_hz);
-    std::reverse(steps.begin(), steps.end());
+    const auto steps = steps_of(setting, plan_.robot_rate_hz);
     for (std::size_t episode = 0; episode < shots.size(); episode += kStepsOfEpisode) {
-      localisation::PoseFilter filter(config::to_wheels(robot_), localisation::OdometryNoise{});
+      estimation::Track track(estimation::Method::kOutline, robot_);
       const Shot& last = shots[episode + std::size_t(steps.back())];
       Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
       for (const int step : steps) {
@@ -314,17 +300,13 @@ class ShardRunner {
         const Shot& shot = shots[i];
         FrameRow row = row_of(number, shot, made.frames[i]);
         const double begin_s = estimation::thread_time_s();
-        filter.predict(shot.t_s, shot.angles.left_rad, shot.angles.right_rad);
-        filter.correct(made.frames[i].fix);
+        const auto estimate =
+            track.follow(shot.t_s, shot.angles.left_rad, shot.angles.right_rad, 0, made.frames[i].fix);
         row.localisation_s += estimation::thread_time_s() - begin_s;
         if (bounds[i]) information += moved(*bounds[i], shot.truth, last.truth).inverse();
         if (step == steps.back()) {
-          const auto estimate = filter.estimate();
-          row.verdict = estimate ? "ok" : "no_estimate";
-          if (estimate) {
-            judge(Eigen::Vector2d(estimate->pose.x_m, estimate->pose.y_m), estimate->pose.heading_rad,
-                  estimate->covariance, shot.truth, row);
-          }
+          row.verdict = estimate.position_m ? "ok" : "no_estimate";
+          judge(estimate.position_m, estimate.heading_rad, estimate.covariance, shot.truth, row);
           const Eigen::LDLT<Eigen::Matrix3d> factor(information);
           if (factor.info() == Eigen::Success && factor.isPositive() && factor.rcond() > 0) {
             const Eigen::Matrix3d bound = factor.solve(Eigen::Matrix3d::Identity());

@@ -78,14 +78,10 @@ struct RatioOfSums {
   }
 };
 
-double students_t(std::size_t episodes, double probability) {
-  return boost::math::quantile(boost::math::students_t(double(episodes - 1)), probability);
-}
-
 Interval mean_of(const ByEpisode& episodes, double level) {
   const RatioOfSums ratio(episodes);
   if (episodes.size() < kLeastEpisodes) return {ratio.mean, 0, kNoLimit};
-  const double t = students_t(episodes.size(), (1 + level) / 2);
+  const double t = students_t(double(episodes.size() - 1), (1 + level) / 2);
   return {ratio.mean, std::max(0.0, ratio.mean_at(t)), ratio.mean_at(-t)};
 }
 
@@ -103,6 +99,12 @@ double effective_trials(const RatioOfSums& share) {
 
 }  // namespace
 
+double students_t(double freedom, double probability) {
+  return boost::math::quantile(boost::math::students_t(freedom), probability);
+}
+
+double normal_quantile(double probability) { return boost::math::quantile(boost::math::normal(), probability); }
+
 Interval mean_interval(const ByEpisode& values, double level) {
   return mean_of(checked("mean_interval", values, level), level);
 }
@@ -110,7 +112,7 @@ Interval mean_interval(const ByEpisode& values, double level) {
 double mean_upper_limit(const ByEpisode& values, double level) {
   const ByEpisode episodes = checked("mean_upper_limit", values, level);
   if (episodes.size() < kLeastEpisodes) return kNoLimit;
-  return RatioOfSums(episodes).mean_at(students_t(episodes.size(), 1 - level));
+  return RatioOfSums(episodes).mean_at(students_t(double(episodes.size() - 1), 1 - level));
 }
 
 Interval rmse_interval(const ByEpisode& values, double level) {
@@ -138,8 +140,8 @@ Interval quantile_interval(const ByEpisode& values, double q, double level) {
   for (auto& episode : is_up_to) {
     for (double& x : episode) x = x <= value ? 1 : 0;
   }
-  const double half =
-      students_t(episodes.size(), (1 + level) / 2) * std::sqrt(q * (1 - q) / effective_trials(RatioOfSums(is_up_to)));
+  const double half = students_t(double(episodes.size() - 1), (1 + level) / 2) *
+                      std::sqrt(q * (1 - q) / effective_trials(RatioOfSums(is_up_to)));
   const double low = std::max(1.0, std::floor((q - half) * count));
   const double high = std::min(count, std::ceil((q + half) * count) + 1);
   return {value, sorted[std::size_t(low) - 1], sorted[std::size_t(high) - 1]};
@@ -151,7 +153,7 @@ Interval share_interval(const ByEpisode& zero_or_one, double level) {
   const double p = ratio.mean;
   if (episodes.size() < kLeastEpisodes) return {p, 0, 1};
   const double trials = effective_trials(ratio);
-  const double z = boost::math::quantile(boost::math::normal(), (1 + level) / 2);
+  const double z = normal_quantile((1 + level) / 2);
   const double shrink = 1 + z * z / trials;
   const double centre = (p + z * z / (2 * trials)) / shrink;
   const double half = z / shrink * std::sqrt(p * (1 - p) / trials + z * z / (4 * trials * trials));

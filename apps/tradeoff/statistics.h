@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace twocone::tradeoff {
@@ -10,6 +11,10 @@ struct Interval {
   double value = 0;
   double low = 0, high = 0;
 };
+
+/// Returns the quantile of Student's t, and that of the normal distribution.
+double students_t(double freedom, double probability);
+double normal_quantile(double probability);
 
 /// Errors (or times) by episode: each value is finite and >= 0. Frames of one episode are near each other and not
 /// independent; episodes are. Every interval below is over the episodes that have values; episodes may have different
@@ -35,7 +40,7 @@ constexpr std::size_t kLeastEpisodes = 3;
 /// is nearly Student's with k - 1 degrees of freedom.
 ///
 /// Measured for a hard case (lognormal episodes, sigma of the logarithm 1, skewness 6;
-/// tests/tradeoff/coverage_test.cpp): 95 % intervals contain the mean in 91, 92 and 92 % of cases for 8, 16 and 24
+/// tests/tradeoff/statistics_test.cpp): 95 % intervals contain the mean in 91, 92 and 92 % of cases for 8, 16 and 24
 /// episodes (Student's own: 83, 85 and 87 %). Upper limits of 99.93 % are above it in 97.9, 99.0 and 99.3 % (95.4, 95.7
 /// and 96.3 %), and are 3.5 times the mean at 24 episodes. At sigma 0.5 and 24 episodes: 94 and 99.6 %, 2.0 times the
 /// mean.
@@ -51,12 +56,12 @@ Interval rmse_interval(const ByEpisode& values, double level);
 /// - 1 degrees of freedom. Where the upper rank exceeds the number of values, the interval ends at the last value; so
 /// with few episodes the upper end of a high quantile is too low. At 0.95, with lognormal episodes of sigma 0.5 and up
 /// to 4 values, it is above the quantile in 65, 95 and 99 % of cases for 8, 24 and 40 episodes instead of 97.5 %.
-/// Intervals of the median contain it in 97 % for 24 episodes (coverage_test.cpp).
+/// Intervals of the median contain it in 97 % for 24 episodes (statistics_test.cpp).
 Interval quantile_interval(const ByEpisode& values, double q, double level);
 /// Returns the share of ones, with Wilson's interval and the number of trials divided by the episodes' design effect:
 /// the variance of the ratio estimator over the binomial one, at least 1. Where all values are equal, the data do not
 /// show it, and each episode counts as one trial. The interval contains a share of 0.95 in 96 % of cases for 8 and for
-/// 24 episodes (coverage_test.cpp).
+/// 24 episodes (statistics_test.cpp).
 Interval share_interval(const ByEpisode& zero_or_one, double level);
 
 }  // namespace twocone::tradeoff

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/sweep_folder.h"
+#include "apps/tradeoff/shard.h"
 
 #include <unistd.h>
 
@@ -55,8 +55,8 @@ void read(const fs::path& folder, ShardRecord& record) {
     std::istringstream lines(config::read_text(file));
     std::string line;
     const auto refuse = [&](int number, const std::string& why) {
-      throw config::FileError(
-          fmt::format("{}:{}: {}; remove {} and the shard is made again", file.string(), number, why, folder.string()));
+      throw config::FileError("{}:{}: {}; remove {} and the shard is made again", file.string(), number, why,
+                              folder.string());
     };
     if (!std::getline(lines, line) || config::present_columns(line) != header) {
       refuse(1, fmt::format("the first line must be {}", header));
@@ -140,19 +140,19 @@ SweepFolder::SweepFolder(fs::path folder, const config::Robot& robot, const conf
   const fs::path file = folder_ / "plan.yaml";
   std::error_code error;
   fs::create_directories(folder_ / "shards", error);
-  if (error) throw config::FileError(fmt::format("cannot make {}: {}", (folder_ / "shards").string(), error.message()));
+  if (error) throw config::FileError("cannot make {}: {}", (folder_ / "shards").string(), error.message());
   const std::string wanted = plan_text(robot, map, plan);
   if (fs::exists(file, error)) {
     const std::string there = config::read_text(file);
     if (there == wanted) return;
-    throw config::FileError(fmt::format("{} belongs to another sweep: {}. Give another --out, or remove that folder",
-                                        file.string(), first_difference(there, wanted)));
+    throw config::FileError("{} belongs to another sweep: {}. Give another --out, or remove that folder", file.string(),
+                            first_difference(there, wanted));
   }
   // Array tasks begin at the same time. Each writes the same text, through its own temporary file.
   const fs::path coming = folder_ / fmt::format("plan-{}.yaml", ::getpid());
   runlog::write_whole(coming, wanted);
   fs::rename(coming, file, error);
-  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", file.string(), error.message()));
+  if (error) throw runlog::DiskError("cannot make {}: {}", file.string(), error.message());
 }
 
 bool SweepFolder::has(std::size_t shard) const {
@@ -175,19 +175,19 @@ void SweepFolder::add(std::size_t shard, const ShardRecord& record) const {
   std::error_code error;
   fs::remove_all(coming, error);
   fs::create_directories(coming, error);
-  if (error) throw runlog::DiskError(fmt::format("cannot make {}: {}", coming.string(), error.message()));
+  if (error) throw runlog::DiskError("cannot make {}: {}", coming.string(), error.message());
   write(coming, record);
   fs::rename(coming, folder, error);
   if (!error) return;
   const std::string why = error.message();
   fs::remove_all(coming, error);
-  if (!has(shard)) throw runlog::DiskError(fmt::format("cannot make {}: {}", folder.string(), why));
+  if (!has(shard)) throw runlog::DiskError("cannot make {}: {}", folder.string(), why);
 }
 
 ShardRecord SweepFolder::read_all() const {
   if (const auto gaps = missing(); !gaps.empty()) {
-    throw config::FileError(
-        fmt::format("{} of {} shards are missing in {}: {}", gaps.size(), shards_, folder_.string(), ranges_of(gaps)));
+    throw config::FileError("{} of {} shards are missing in {}: {}", gaps.size(), shards_, folder_.string(),
+                            ranges_of(gaps));
   }
   ShardRecord all;
   for (std::size_t i = 0; i < shards_; ++i) read(shard_folder(folder_, i), all);

@@ -76,9 +76,7 @@ std::string row(const SettingResult& result) {
   const Setting& setting = result.setting;
   std::vector<std::string> cells;
   const auto add = [&](std::string text) { cells.push_back(std::move(text)); };
-  const auto number = [&](std::optional<double> value, double unit) {
-    add(value ? fitting(*value / unit, kColumns[cells.size()].width) : "-");
-  };
+  const auto number = [&](double value, double unit) { add(fitting(value / unit, kColumns[cells.size()].width)); };
   add(fmt::format("{}{}", result.on_robot_frontier ? 'R' : ' ', result.on_simulation_frontier ? 'S' : ' '));
   add(fmt::format("{}x{}", setting.images.width_px, setting.images.height_px));
   add(antialias_name(setting.images.antialias));
@@ -88,20 +86,17 @@ std::string row(const SettingResult& result) {
   add(fmt::to_string(setting.landmarks));
   add(setting.uses_bearings() ? "yes" : "no");
   add(fmt::format("{:g}x{}", setting.rate_hz, setting.frames));
-  if (const auto& error = result.position_m) {
-    number(error->mean.value, kMm);
-    constexpr std::size_t kLimit = 6;
-    add(std::isfinite(error->mean.high)
-            ? fmt::format("{}-{}", fitting(error->mean.low / kMm, kLimit), fitting(error->mean.high / kMm, kLimit))
-            : "-");
-    number(error->p95.value, kMm);
-    number(error->max, kMm);
-  } else {
-    cells.insert(cells.end(), 4, "-");
-  }
+  const ErrorFigures error = result.position_m.value_or(kNoErrors);
+  number(error.mean.value, kMm);
+  constexpr std::size_t kLimit = 6;
+  add(std::isfinite(error.mean.high)
+          ? fmt::format("{}-{}", fitting(error.mean.low / kMm, kLimit), fitting(error.mean.high / kMm, kLimit))
+          : "-");
+  number(error.p95.value, kMm);
+  number(error.max, kMm);
   add(percent(result.answered_share()));
-  add(result.coverage ? percent(result.coverage->value) : "-");
-  number(result.bound_m, kMm);
+  add(percent(result.coverage.value_or(kNoInterval).value));
+  number(result.bound_m.value_or(kNoNumber), kMm);
   number(result.vision.median_s.value, kMs);
   number(result.localisation.median_s.value, kMs);
   number(result.robot_time_s().value, kMs);
@@ -165,14 +160,12 @@ struct Row {
   }
   void add(std::string_view head, std::integral auto value) { add(head, fmt::to_string(value)); }
   /// Adds the shortest digits that give the same number again; an empty cell for a number that is not finite.
-  void add(std::string_view head, std::optional<double> value) {
-    add(head, value && std::isfinite(*value) ? fmt::format("{}", *value) : "");
-  }
+  void add(std::string_view head, double value) { add(head, std::isfinite(value) ? fmt::format("{}", value) : ""); }
   /// Adds NAME_UNIT, NAME_low_UNIT, NAME_high_UNIT. @param unit with its underscore; empty for a share
-  void add(std::string_view name, std::string_view unit, const std::optional<Interval>& interval) {
-    add(fmt::format("{}{}", name, unit), interval ? std::optional(interval->value) : std::nullopt);
-    add(fmt::format("{}_low{}", name, unit), interval ? std::optional(interval->low) : std::nullopt);
-    add(fmt::format("{}_high{}", name, unit), interval ? std::optional(interval->high) : std::nullopt);
+  void add(std::string_view name, std::string_view unit, const Interval& interval) {
+    add(fmt::format("{}{}", name, unit), interval.value);
+    add(fmt::format("{}_low{}", name, unit), interval.low);
+    add(fmt::format("{}_high{}", name, unit), interval.high);
   }
 };
 
@@ -182,21 +175,19 @@ void add_setting(Row& row, const Setting& setting) {
   row.add("antialias", setting.images.antialias);
   row.add("effects", name(setting.images.effects));
   row.add("estimator", name(setting.level));
-  row.add("enough_m", setting.level == Level::kAdaptive ? std::optional(setting.enough_m) : std::nullopt);
+  row.add("enough_m", setting.level == Level::kAdaptive ? setting.enough_m : kNoNumber);
   row.add("landmarks", setting.landmarks);
   row.add("bearings", setting.uses_bearings() ? 1 : 0);
   row.add("rate_hz", setting.rate_hz);
   row.add("frames", setting.frames);
 }
 
-void add_errors(Row& row, std::string_view name, std::string_view unit, const std::optional<ErrorFigures>& figures) {
-  const auto add = [&](std::string_view what, Interval ErrorFigures::*member) {
-    row.add(fmt::format("{}_{}", name, what), unit, figures ? std::optional((*figures).*member) : std::nullopt);
-  };
-  add("mean", &ErrorFigures::mean);
-  add("rmse", &ErrorFigures::rmse);
-  add("p95", &ErrorFigures::p95);
-  row.add(fmt::format("{}_max{}", name, unit), figures ? std::optional(figures->max) : std::nullopt);
+void add_errors(Row& row, std::string_view name, std::string_view unit, const std::optional<ErrorFigures>& errors) {
+  const ErrorFigures figures = errors.value_or(kNoErrors);
+  row.add(fmt::format("{}_mean", name), unit, figures.mean);
+  row.add(fmt::format("{}_rmse", name), unit, figures.rmse);
+  row.add(fmt::format("{}_p95", name), unit, figures.p95);
+  row.add(fmt::format("{}_max{}", name, unit), figures.max);
 }
 
 void add_result(Row& row, const SettingResult& result) {
@@ -206,8 +197,8 @@ void add_result(Row& row, const SettingResult& result) {
   add_errors(row, "position", "_m", result.position_m);
   add_errors(row, "heading", "_rad", result.heading_rad);
   add_errors(row, "range", "_m", result.range_m);
-  row.add("coverage", "", result.coverage);
-  row.add("bound_m", result.bound_m);
+  row.add("coverage", "", result.coverage.value_or(kNoInterval));
+  row.add("bound_m", result.bound_m.value_or(kNoNumber));
 }
 
 void add_times(Row& row, std::string_view name, const TimeFigures& times) {

@@ -15,7 +15,7 @@
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/plan.h"
 #include "apps/tradeoff/run_shards.h"
-#include "apps/tradeoff/sweep_folder.h"
+#include "apps/tradeoff/shard.h"
 #include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"

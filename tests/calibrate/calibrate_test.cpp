@@ -12,7 +12,6 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "apps/calibrate/sightings.h"
 #include "tests/support/lab_robot.h"
 #include "tests/vision/drive_among_landmarks.h"
 

@@ -13,7 +13,9 @@
 namespace twocone::error_budget {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 using testing_support::lab_robot;
 
@@ -153,14 +155,10 @@ TEST(ErrorBudget, RefusesSettingsByName) {
   settings.edge_noise_px = 0;
   settings.skew_s = std::nan("");
   settings.draws = 0;
-  try {
-    (void)error_budget(lab_robot(), lab_map(0.15), {}, settings);
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_THAT(error.what(), HasSubstr("edge_noise_px is 0, must be > 0 px"));
-    EXPECT_THAT(error.what(), HasSubstr("skew_s is nan"));
-    EXPECT_THAT(error.what(), HasSubstr("draws is 0, must be >= 1"));
-  }
+  EXPECT_THAT(
+      [&] { (void)error_budget(lab_robot(), lab_map(0.15), {}, settings); },
+      ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr("edge_noise_px is 0, must be > 0 px"),
+                                                 HasSubstr("skew_s is nan"), HasSubstr("draws is 0, must be >= 1"))));
 }
 
 TEST(GridPoses, StandWhereTheRobotHasRoom) {

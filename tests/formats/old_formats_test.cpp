@@ -13,7 +13,7 @@
 #include "apps/estimation/method.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/summary/timing.h"
-#include "apps/tradeoff/sweep_folder.h"
+#include "apps/tradeoff/shard.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/lab.h"
 

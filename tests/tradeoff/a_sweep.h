@@ -1,12 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "apps/tradeoff/sweep.h"
 
-/// An invented sweep with numbers like the lab's: 82 settings, frontiers marked.
-namespace twocone::tradeoff::testing_support {
+namespace twocone::tradeoff {
+
+/// Returns `value` with an interval of `percent` to either side.
+inline Interval about(double value, double percent) {
+  return {value, value / (1 + percent / 100), value * (1 + percent / 100)};
+}
+
+/// Returns 640x480, +R2, outline fine, 6 landmarks, ranges and bearings, 15 Hz, single frames.
+inline Setting usual_setting() { return {.images = {640, 480, 2, Effects::kScene}, .landmarks = 6, .rate_hz = 15}; }
+
+/// Returns the figures that choices and conclusions use, all with intervals of `percent`; all 100 frames have answers.
+inline SettingResult result_of(const Setting& setting, double error_m, double robot_s, double render_s,
+                               double percent = 5) {
+  SettingResult r;
+  r.setting = setting;
+  r.frames = r.answered = 100;
+  r.position_m.emplace();
+  r.position_m->mean = about(error_m, percent);
+  r.robot.p95_s = r.vision.median_s = about(robot_s, percent);
+  r.render_cpu.median_s = about(render_s, percent);
+  return r;
+}
+
+// ---- an invented sweep with numbers like the lab's: 82 settings, frontiers marked
 
 inline Interval around(double value, double share) { return {value, value * (1 - share), value * (1 + share)}; }
 
@@ -23,28 +48,14 @@ inline SettingResult a_result(const Setting& setting, std::size_t number) {
   const double render_s =
       (flat ? 0.5 : 1.0) * (0.04 + 0.16 * std::pow(pixels, 0.93)) * (1 + 1.25 * (rays - 1)) * wobble;
 
-  double error_m = 0.7e-3 * std::pow(pixels, -0.6) * std::pow(rays, -1.9) + 0.015e-3 * std::pow(pixels, -0.3);
-  double vision_s = 0.55e-3 * std::pow(pixels, 0.87);
-  switch (setting.level) {
-    case Level::kPaper:
-      error_m = 27e-3 * std::pow(pixels, -0.5);
-      vision_s = 0.35e-3 * std::pow(pixels, 0.95);
-      break;
-    case Level::kFound:
-      error_m = 9e-3 * std::pow(pixels, -0.5);
-      vision_s *= 0.45;
-      break;
-    case Level::kCoarse:
-      error_m *= 4;
-      vision_s *= 0.6;
-      break;
-    case Level::kFine:
-      break;
-    case Level::kAdaptive:
-      error_m = std::max(1.08 * error_m, 0.5 * setting.enough_m);
-      vision_s *= 0.72;
-      break;
-  }
+  const double fine_m = 0.7e-3 * std::pow(pixels, -0.6) * std::pow(rays, -1.9) + 0.015e-3 * std::pow(pixels, -0.3);
+  const double fine_s = 0.55e-3 * std::pow(pixels, 0.87), root = std::pow(pixels, -0.5);
+  auto [error_m, vision_s] = std::map<Level, std::pair<double, double>>{
+      {Level::kPaper, {27e-3 * root, 0.35e-3 * std::pow(pixels, 0.95)}},
+      {Level::kFound, {9e-3 * root, 0.45 * fine_s}},
+      {Level::kCoarse, {4 * fine_m, 0.6 * fine_s}},
+      {Level::kFine, {fine_m, fine_s}},
+      {Level::kAdaptive, {std::max(1.08 * fine_m, 0.5 * setting.enough_m), 0.72 * fine_s}}}[setting.level];
   if (setting.images.effects == Effects::kNoise) error_m *= 1.7;
   if (!setting.bearings) error_m *= 1.6;
   error_m *= std::sqrt(6.0 / setting.landmarks) / std::sqrt(double(setting.frames)) * wobble;
@@ -62,9 +73,7 @@ inline SettingResult a_result(const Setting& setting, std::size_t number) {
       ErrorFigures{around(1.3 * error_m, 0.07), around(1.6 * error_m, 0.07), around(3 * error_m, 0.1), 5 * error_m};
   if (setting.level != Level::kPaper) {
     result.coverage = Interval{0.94, 0.88, 0.97};
-    result.bound_m = 0.8 *
-                     (0.7e-3 * std::pow(pixels, -0.6) * std::pow(rays, -1.9) + 0.015e-3 * std::pow(pixels, -0.3)) /
-                     std::sqrt(double(setting.frames));
+    result.bound_m = 0.8 * fine_m / std::sqrt(double(setting.frames));
   }
   result.render_cpu = times(render_s);
   result.vision = times(vision_s);
@@ -124,4 +133,4 @@ inline Sweep a_sweep() {
   return sweep;
 }
 
-}  // namespace twocone::tradeoff::testing_support
+}  // namespace twocone::tradeoff

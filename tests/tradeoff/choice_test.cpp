@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/tradeoff/synthetic_sweep.h"
+#include "tests/tradeoff/a_sweep.h"
 
 namespace twocone::tradeoff {
 namespace {

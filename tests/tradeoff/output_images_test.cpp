@@ -11,7 +11,6 @@
 
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/page.h"
-#include "apps/tradeoff/show/plane.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/a_sweep.h"
 
@@ -19,7 +18,6 @@ namespace twocone::tradeoff {
 namespace {
 
 using testing::HasSubstr;
-using testing_support::a_sweep;
 using twocone::testing_support::TemporaryFolder;
 
 /// Used instead of a matcher, which would print the whole page.

@@ -98,10 +98,10 @@ TEST(Plan, StepsFollowTheRate) {
   setting.rate_hz = 15;
   EXPECT_EQ(steps_of(setting, 15), (std::vector<int>{3}));
   setting.frames = 4;
-  EXPECT_EQ(steps_of(setting, 15), (std::vector<int>{3, 2, 1, 0}));
+  EXPECT_EQ(steps_of(setting, 15), (std::vector<int>{0, 1, 2, 3}));
   setting.frames = 2;
   setting.rate_hz = 5;
-  EXPECT_EQ(steps_of(setting, 15), (std::vector<int>{3, 0}));
+  EXPECT_EQ(steps_of(setting, 15), (std::vector<int>{0, 3}));
 }
 
 TEST(Plan, RejectsWhatCannotBeSwept) {

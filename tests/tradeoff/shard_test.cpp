@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/tradeoff/shard.h"
 
+#include <fstream>
+#include <tuple>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/config/yaml/text_file.h"
 #include "apps/tradeoff/run_shards.h"
-#include "apps/tradeoff/setting.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value.h"
 #include "tests/tradeoff/lab.h"
 
 namespace twocone::tradeoff {
 namespace {
+
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+using twocone::testing_support::TemporaryFolder;
+using twocone::testing_support::value;
 
 /// Returns a plan with two small sets of images of the lab, each with two episodes in a shard of its own, and three
 /// settings for them.
@@ -35,10 +46,8 @@ struct Small : Lab {
 
   [[nodiscard]] ShardRecord run(const RunShard& runner, std::size_t shard) const {
     std::atomic<bool> stop = false;
-    auto record = runner(
-        shard, [](double) {}, stop);
-    if (!record) throw std::runtime_error(record.error().message);
-    return *std::move(record);
+    return value(runner(
+        shard, [](double) {}, stop));
   }
 };
 
@@ -46,14 +55,10 @@ struct Small : Lab {
 void expect_same(const ShardRecord& a, const ShardRecord& b) {
   ASSERT_EQ(a.frames.size(), b.frames.size());
   for (std::size_t i = 0; i < a.frames.size(); ++i) {
-    EXPECT_EQ(a.frames[i].setting, b.frames[i].setting);
-    EXPECT_EQ(a.frames[i].episode, b.frames[i].episode);
-    EXPECT_EQ(a.frames[i].step, b.frames[i].step);
-    EXPECT_EQ(a.frames[i].verdict, b.frames[i].verdict);
-    EXPECT_EQ(a.frames[i].error_m, b.frames[i].error_m);
-    EXPECT_EQ(a.frames[i].heading_error_rad, b.frames[i].heading_error_rad);
-    EXPECT_EQ(a.frames[i].in_ellipse, b.frames[i].in_ellipse);
-    EXPECT_EQ(a.frames[i].bound_m, b.frames[i].bound_m);
+    const auto without_times = [](const FrameRow& r) {
+      return std::tie(r.setting, r.episode, r.step, r.verdict, r.error_m, r.heading_error_rad, r.in_ellipse, r.bound_m);
+    };
+    EXPECT_EQ(without_times(a.frames[i]), without_times(b.frames[i]));
   }
   ASSERT_EQ(a.ranges.size(), b.ranges.size());
   for (std::size_t i = 0; i < a.ranges.size(); ++i) EXPECT_EQ(a.ranges[i].error_m, b.ranges[i].error_m);
@@ -112,7 +117,7 @@ TEST(Shard, StopsOnRequest) {
 
 TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
   const Small small;
-  const twocone::testing_support::TemporaryFolder place;
+  const TemporaryFolder place;
   const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
   const Subject subject{small.robot, small.map, small.plan};
   std::atomic<bool> stop = false;
@@ -122,16 +127,12 @@ TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
                       stop = folder.missing().size() == 3;
                     },
                     [](const std::string&) {}};
-  const auto cut = run_shards(subject, folder, folder.missing(), watch, stop);
-  ASSERT_TRUE(cut) << cut.error().message;
-  EXPECT_EQ(*cut, 1U);
+  EXPECT_EQ(value(run_shards(subject, folder, folder.missing(), watch, stop)), 1U);
   EXPECT_EQ(folder.missing(), (std::vector<std::size_t>{1, 2, 3}));
   folder.add(2, {});  // as another program may
   stop = false;
   shares.clear();
-  const auto rest = run_shards(subject, folder, {1, 2, 3}, watch, stop);
-  ASSERT_TRUE(rest) << rest.error().message;
-  EXPECT_EQ(*rest, 3U);
+  EXPECT_EQ(value(run_shards(subject, folder, {1, 2, 3}, watch, stop)), 3U);
   EXPECT_TRUE(folder.missing().empty());
   EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
   EXPECT_DOUBLE_EQ(shares.back(), 1);
@@ -139,7 +140,7 @@ TEST(RunShards, EndsWhenStoppedAndContinuesWithWhatIsMissing) {
 
 TEST(RunShards, NamesTheShardThatFails) {
   Small small;
-  const twocone::testing_support::TemporaryFolder place;
+  const TemporaryFolder place;
   const SweepFolder folder(place.path() / "sweep", small.robot, small.map, small.plan);
   small.map.scene = place.path() / "nowhere.pov";
   const Watch watch{[](double) {}, [](const std::string&) {}};
@@ -147,6 +148,72 @@ TEST(RunShards, NamesTheShardThatFails) {
   ASSERT_FALSE(done);
   EXPECT_THAT(done.error().message, testing::StartsWith("shard 1: "));
   EXPECT_EQ(folder.missing().size(), 4U);
+}
+
+// ---- the folder of a sweep
+
+struct SmallSweep : Lab {
+  Plan plan = make_plan(robot, map, {.episodes = 3});
+};
+
+ShardRecord a_record(int setting) {
+  ShardRecord record;
+  FrameRow row;
+  row.setting = setting;
+  row.verdict = "ok";
+  row.error_m = 0.1 / 3;
+  row.in_ellipse = true;
+  row.vision_s = 1.25e-3;
+  record.frames = {row, {}};
+  record.frames[1].verdict = "too_few";
+  record.ranges = {{setting, 1, 2, 1e-300}};
+  record.renders = {{setting, 1, 2, 0.5}};
+  record.memory = {{setting, 1e9}};
+  record.render_memory = {{setting, 2e9}};
+  return record;
+}
+
+TEST(SweepFolder, ReturnsTheRowsThatWereAdded) {
+  const SmallSweep lab;
+  const TemporaryFolder folder;
+  const SweepFolder sweep(folder.path(), lab.robot, lab.map, lab.plan);
+  EXPECT_EQ(sweep.missing().size(), lab.plan.shards.size());
+  for (std::size_t i = lab.plan.shards.size(); i-- > 0;) sweep.add(i, a_record(int(i)));
+  EXPECT_TRUE(sweep.missing().empty());
+  const ShardRecord all = sweep.read_all();
+  ASSERT_EQ(all.frames.size(), 2 * lab.plan.shards.size());
+  EXPECT_EQ(all.frames[2].setting, 1);
+  EXPECT_EQ(all.frames[2].error_m, 0.1 / 3);
+  EXPECT_EQ(all.frames[2].in_ellipse, true);
+  EXPECT_EQ(all.frames[3].verdict, "too_few");
+  EXPECT_FALSE(all.frames[3].error_m || all.frames[3].in_ellipse);
+  EXPECT_EQ(all.ranges[1].error_m, 1e-300);
+  EXPECT_EQ(all.renders[1].cpu_s, 0.5);
+  EXPECT_EQ(all.render_memory[1].peak_bytes, 2e9);
+}
+
+TEST(SweepFolder, ContinuesItsOwnSweepAndRejectsAnother) {
+  const SmallSweep lab;
+  const TemporaryFolder folder;
+  SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).add(0, a_record(0));
+  EXPECT_TRUE(SweepFolder(folder.path(), lab.robot, lab.map, lab.plan).has(0));
+  const Plan other = make_plan(lab.robot, lab.map, {.seed = 2, .episodes = 3});
+  EXPECT_THAT([&] { SweepFolder(folder.path(), lab.robot, lab.map, other); },
+              ThrowsMessage<config::FileError>(HasSubstr("seed: 1' where this one has 'seed: 2'")));
+}
+
+TEST(SweepFolder, NamesWhatIsMissingOrDamaged) {
+  const SmallSweep lab;
+  const TemporaryFolder folder;
+  const SweepFolder sweep(folder.path(), lab.robot, lab.map, lab.plan);
+  for (std::size_t i = 0; i < lab.plan.shards.size(); ++i) {
+    if (i != 3) sweep.add(i, a_record(int(i)));
+  }
+  const auto read = [&] { (void)sweep.read_all(); };
+  EXPECT_THAT(read, ThrowsMessage<config::FileError>(AllOf(HasSubstr("1 of"), EndsWith(": 3"))));
+  sweep.add(3, a_record(3));
+  std::ofstream(folder.path() / "shards/0003/renders.csv", std::ios::app) << "3,1,2\n";
+  EXPECT_THAT(read, ThrowsMessage<config::FileError>(HasSubstr("renders.csv:3: '3,1,2' is not a row")));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/estimation/wheel_history.h"
+#include "apps/estimation/track.h"
 #include "apps/runlog/run_folder.h"
 #include "hal/result.h"
 #include "hal/robot.h"

@@ -9,7 +9,7 @@
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
-#include "apps/estimation/wheel_history.h"
+#include "apps/estimation/track.h"
 #include "apps/runs/loop/frame_taker.h"
 
 namespace twocone::runs {

@@ -242,9 +242,8 @@ void draw_key(Script& script, const Sweep& sweep, const Plane& plane, const Choi
   double y = plane.y.high_px + 2;
   script.words({left - 8, y}, "estimator", "left", kSoft, 11);
   for (const Look& look : kLooks) {
-    const bool is_there = std::any_of(sweep.settings.begin(), sweep.settings.end(),
-                                      [&](const SettingResult& r) { return r.setting.level == look.level; });
-    if (!is_there) continue;
+    const auto has_level = [&](const SettingResult& result) { return result.setting.level == look.level; };
+    if (std::ranges::none_of(sweep.settings, has_level)) continue;
     y += pitch;
     script.symbol({left, y}, look.filled, look.size, look.colour);
     script.words({left + 12, y}, name(look.level), "left", kInk);
@@ -255,15 +254,15 @@ void draw_key(Script& script, const Sweep& sweep, const Plane& plane, const Choi
     script.words({right + 16, y}, words, "left", kInk);
     y += pitch;
   };
-  script.symbol({right, y}, fine.open, fine.size, fine.colour, 1.5);
-  entry("from one frame");
-  script.symbol({right, y}, fine.filled, fine.size, fine.colour);
-  entry("from several frames");
-  script.symbol({right, y}, fine.filled, fine.size, fine.faint);
-  entry("dominated");
+  const auto mark = [&](std::string_view words, int type, double size, std::string_view colour, double line = 1.4) {
+    script.symbol({right, y}, type, size, colour, line);
+    entry(words);
+  };
+  mark("from one frame", fine.open, fine.size, fine.colour, 1.5);
+  mark("from several frames", fine.filled, fine.size, fine.colour);
+  mark("dominated", fine.filled, fine.size, fine.faint);
   if (!std::ranges::all_of(plane.marks, &Mark::answers_enough)) {
-    script.symbol({right, y}, kCross, 0.5, "#999999", 1.2);
-    entry(fmt::format("answers under {:.0f} %", kLeastAnswered * 100));
+    mark(fmt::format("answers under {:.0f} %", kLeastAnswered * 100), kCross, 0.5, "#999999", 1.2);
   }
   script.line({right - 10, y}, {right + 10, y}, "lw 2 lc rgb '#8a949e'");
   entry("frontier");
@@ -271,10 +270,7 @@ void draw_key(Script& script, const Sweep& sweep, const Plane& plane, const Choi
     script.line({right - 10, y}, {right + 10, y}, fmt::format("lw 1.8 dt (7,4) lc rgb '{}'", report::kBoundColour));
     entry("bound (Cram\u00e9r-Rao), rms");
   }
-  if (choice != nullptr && choice->setting) {
-    script.symbol({right, y}, kOpen, 1.5, kInk, 1.8);
-    entry("the choice");
-  }
+  if (choice != nullptr && choice->setting) mark("the choice", kOpen, 1.5, kInk, 1.8);
 }
 
 void draw_list(Script& script, const Sweep& sweep, const Plane& plane) {

@@ -32,16 +32,10 @@ std::string headline(const Sweep& sweep) {
       span->settings);
 }
 
-/// An image for the page.
-struct PageImage {
-  std::string id;       ///< in the page's HTML
-  std::string caption;  ///< plain text
-  std::string svg;      ///< stand-alone, with spots
-};
-
-std::string image_html(const PageImage& image) {
-  return html::element("figure", report::inline_svg(image.svg, image.id) + html::text("figcaption", image.caption),
-                       fmt::format("id=\"{}\" class=\"wide\"", escape(image.id)));
+/// Returns an image for the page. @param svg stand-alone, with spots. @param caption plain text
+std::string image_html(std::string_view id, std::string_view svg, std::string_view caption) {
+  return html::element("figure", report::inline_svg(svg, id) + html::text("figcaption", caption),
+                       fmt::format("id=\"{}\" class=\"wide\"", escape(id)));
 }
 
 /// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
@@ -55,15 +49,15 @@ std::string with_interval(const Interval& interval, double unit, const char* pat
 }
 
 /// Returns a table cell that is sorted by a number.
-std::string number(std::optional<double> value, double unit) {
-  if (!value || !std::isfinite(*value)) return std::string(kNone);
-  return fmt::format("<data value=\"{:.9g}\">{}</data>", *value, significant(*value / unit));
+std::string cell(double value, double unit) {
+  if (!std::isfinite(value)) return std::string(kNone);
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", value, significant(value / unit));
 }
 
-std::string number(const std::optional<Interval>& interval, double unit) {
-  if (!interval || !std::isfinite(interval->value)) return std::string(kNone);
-  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval->value,
-                     with_interval(*interval, unit, " <small>{}\u2013{}</small>"));
+std::string cell(const Interval& interval, double unit) {
+  if (!std::isfinite(interval.value)) return std::string(kNone);
+  return fmt::format("<data value=\"{:.9g}\">{}</data>", interval.value,
+                     with_interval(interval, unit, " <small>{}\u2013{}</small>"));
 }
 
 std::string words(double order, std::string_view text) {
@@ -82,12 +76,7 @@ std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
   const SettingResult& result = sweep.settings[index];
   const Setting& setting = result.setting;
   const Images& images = setting.images;
-  const auto of = [](const std::optional<ErrorFigures>& figures, Interval ErrorFigures::*member) {
-    return figures ? std::optional((*figures).*member) : std::nullopt;
-  };
-  const auto alone = [](const std::optional<Interval>& interval) {
-    return interval ? std::optional(interval->value) : std::nullopt;
-  };
+  const ErrorFigures position = result.position_m.value_or(kNoErrors);
   std::string estimator(name(setting.level));
   if (setting.level == Level::kAdaptive) estimator += fmt::format(" to {:g} mm", setting.enough_m / kMm);
   std::string size = fmt::format("{} \u00d7 {}", images.width_px, images.height_px);
@@ -101,21 +90,21 @@ std::vector<std::string> row(const Sweep& sweep, std::size_t index) {
           words(setting.uses_bearings(), setting.uses_bearings() ? "yes" : "no"),
           words(setting.rate_hz, fmt::format("{:g}", setting.rate_hz)),
           words(setting.frames, fmt::to_string(setting.frames)),
-          number(of(result.position_m, &ErrorFigures::mean), kMm),
-          number(alone(of(result.position_m, &ErrorFigures::rmse)), kMm),
-          number(alone(of(result.position_m, &ErrorFigures::p95)), kMm),
-          number(result.position_m ? std::optional(result.position_m->max) : std::nullopt, kMm),
-          number(alone(of(result.heading_rad, &ErrorFigures::mean)), kDegree),
-          number(alone(of(result.range_m, &ErrorFigures::mean)), kMm),
-          number(std::optional(result.answered_share()), 0.01),
-          number(alone(result.coverage), 0.01),
-          number(result.bound_m, kMm),
-          number(std::optional(result.vision.median_s.value), kMs),
-          number(std::optional(result.localisation.median_s.value), kMs),
-          number(std::optional(result.robot_time_s()), kMs),
-          number(std::optional(result.render_cpu.median_s.value), 1),
-          number(std::optional(result.simulation_time_s().value), 1),
-          number(std::optional(result.peak_bytes), kMiB)};
+          cell(position.mean, kMm),
+          cell(position.rmse.value, kMm),
+          cell(position.p95.value, kMm),
+          cell(position.max, kMm),
+          cell(result.heading_rad.value_or(kNoErrors).mean.value, kDegree),
+          cell(result.range_m.value_or(kNoErrors).mean.value, kMm),
+          cell(result.answered_share(), 0.01),
+          cell(result.coverage.value_or(kNoInterval).value, 0.01),
+          cell(result.bound_m.value_or(kNoNumber), kMm),
+          cell(result.vision.median_s.value, kMs),
+          cell(result.localisation.median_s.value, kMs),
+          cell(result.robot_time_s(), kMs),
+          cell(result.render_cpu.median_s.value, 1),
+          cell(result.simulation_time_s().value, 1),
+          cell(result.peak_bytes, kMiB)};
 }
 
 std::string table_html(const Sweep& sweep) {
@@ -203,9 +192,9 @@ std::string caption_of(const Sweep& sweep, const Plane& plane) {
   return text + " Point at a mark, or select it with Tab and the arrow keys, to see its setting.";
 }
 
-/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param choice shown with its
-/// reason; may be null
-std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const Choice* choice) {
+/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param images
+/// HTML. @param choice shown with its reason; may be null
+std::string page(const Sweep& sweep, std::string_view images, const Choice* choice) {
   const std::string title = fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed);
   std::string main = html::text("h1", title) + html::text("p", headline(sweep), "class=\"headline\"");
   std::string rules;
@@ -218,9 +207,7 @@ std::string page(const Sweep& sweep, const std::vector<PageImage>& images, const
                             {"repeat", "Repeat"}});
   if (choice != nullptr && !choice->why.empty()) main += html::text("p", choice->why, "class=\"choice\"");
 
-  std::string figures;
-  for (const PageImage& image : images) figures += image_html(image);
-  main += html::section("images", "What accuracy costs in time", html::element("div", figures, "class=\"figures\""));
+  main += html::section("images", "What accuracy costs in time", html::element("div", images, "class=\"figures\""));
 
   std::vector<std::string> sentences;
   for (const auto& [axis, sentence] : conclusions(sweep)) sentences.push_back(sentence);
@@ -269,13 +256,13 @@ Status write_images(const Sweep& sweep, const Choice* choice, const std::filesys
   const report::Gnuplot gnuplot{"gnuplot", folder / "figures"};
   if (Status ready = gnuplot.prepare(); !ready) return ready;
 
-  std::vector<PageImage> images;
+  std::string images;
   for (const Cost cost : {Cost::kSimulationTime, Cost::kRobotTime}) {
     const Plane plane = plane_of(sweep, cost);
     const report::Plot plot = drawing_of(sweep, plane, choice);
     const Result<std::string> svg = gnuplot.draw(plot);
     if (!svg) return svg.error();
-    images.push_back({plot.stem, caption_of(sweep, plane), with_spots(*svg, sweep, plane)});
+    images += image_html(plot.stem, with_spots(*svg, sweep, plane), caption_of(sweep, plane));
   }
   return report::write_file(folder / "index.html", page(sweep, images, choice));
 }

@@ -3,14 +3,97 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "apps/report/kit/figure.h"
 #include "apps/tradeoff/choice.h"
-#include "apps/tradeoff/show/plane.h"
 #include "apps/tradeoff/sweep.h"
 
-/// The parts of the page with the images. Private to apps/tradeoff.
+/// The content of a sweep's images, and the parts of the page with them. Private to apps/tradeoff.
 namespace twocone::tradeoff {
+
+/// The cost on the horizontal axis.
+enum class Cost { kRobotTime, kSimulationTime };
+
+/// A point of an image, in pixels from its upper left corner.
+struct Pixel {
+  double x = 0, y = 0;
+};
+
+/// A logarithmic axis and its range of pixels.
+struct LogAxis {
+  double low = 0, high = 0;  ///< in the axis's unit, 0 < low < high
+  double low_px = 0, high_px = 0;
+  [[nodiscard]] double px(double value) const;
+  /// Returns value and label of each tic: 1, 2, 5 in each decade, and 1 only over many decades.
+  [[nodiscard]] std::vector<std::pair<double, std::string>> tics() const;
+};
+
+/// A point in the axes' units.
+struct PlanePoint {
+  double x = 0, y = 0;
+};
+
+/// A setting in the image.
+struct Mark {
+  std::size_t setting = 0;  ///< index in Sweep::settings
+  PlanePoint at;
+  Interval x, y;
+  bool on_frontier = false;
+  bool answers_enough = false;
+};
+
+/// Error over cost: all settings of a sweep in one image.
+struct Plane {
+  Cost cost = Cost::kRobotTime;
+  int width_px = 0, height_px = 0;
+  double unit_s = 1;  ///< of x; y is in millimetres
+  LogAxis x, y;
+  std::vector<Mark> marks;           ///< those on the frontier come last, by rising cost
+  std::vector<PlanePoint> frontier;  ///< by rising cost
+  std::vector<PlanePoint> bound;     ///< the lowest bound among settings of at most this cost, by rising cost
+  PlanePoint paper;                  ///< the paper's own result
+
+  [[nodiscard]] Pixel pixel(PlanePoint point) const { return {x.px(point.x), y.px(point.y)}; }
+};
+
+/// Returns the image's content. Settings whose error or cost is not a positive number are left out.
+Plane plane_of(const Sweep& sweep, Cost cost);
+
+// ---- where words cover nothing
+
+/// A rectangle, in pixels.
+struct Box {
+  double left = 0, top = 0, right = 0, bottom = 0;
+};
+
+/// Records the areas that are drawn already, and finds free space beside a point.
+class Placing {
+ public:
+  /// Nothing is put outside `frame`.
+  explicit Placing(Box frame) : frame_(frame) {}
+
+  /// @param weight penalty for covering this area
+  void keep_clear(Box box, double weight);
+  /// Records a line, as boxes along it.
+  void keep_clear(Pixel from, Pixel to, double weight);
+
+  /// Returns the middle of the best place for `width` by `height` pixels beside `point`, and records that place as
+  /// occupied. Of two places that cover equally little it takes the nearer one, of equally near ones the one below and
+  /// to the left.
+  Pixel place(Pixel point, double width, double height);
+
+ private:
+  struct Kept {
+    Box box;
+    double weight;
+  };
+  Box frame_;
+  std::vector<Kept> kept_;
+};
+
+// ---- the page
 
 /// Returns a setting with its accuracy and costs, in lines of plain text.
 std::string tooltip(const SettingResult& result);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/show/plane.h"
+#include "apps/tradeoff/show/page.h"
 
 #include <algorithm>
 #include <array>

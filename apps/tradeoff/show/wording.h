@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -13,6 +14,11 @@ namespace twocone::tradeoff {
 
 /// The units of table, images and page in SI units.
 constexpr double kMm = 1e-3, kMs = 1e-3, kMiB = 1 << 20, kDegree = std::numbers::pi / 180;
+
+/// Figures that do not exist, for std::optional::value_or. They are written like any number that is not finite.
+inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+inline constexpr Interval kNoInterval{kNoNumber, kNoNumber, kNoNumber};
+inline constexpr ErrorFigures kNoErrors{kNoInterval, kNoInterval, kNoInterval, kNoNumber};
 
 /// Returns "+R2"; "-" for one ray per pixel.
 std::string antialias_name(int antialias);
