@@ -42,16 +42,6 @@ OpenedDrive open_memory_drive(Shared& shared, const DrivePart& part) {
   return {std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits)};
 }
 
-Result<std::vector<DeviceInfo>> list_v4l2() {
-  std::vector<DeviceInfo> devices;
-  for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
-    devices.push_back({.name = camera.name(),
-                       .what = fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
-                       .details = std::move(camera.modes)});
-  }
-  return devices;
-}
-
 std::vector<std::string> v4l2_nodes(std::vector<std::string> names) {
   for (std::string& name : names) name = v4l2::node_of(name);
   return names;
@@ -90,7 +80,7 @@ const std::array kRows{
     Row{.backend = {"v4l2_camera", true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
         .open_camera = [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
         .check_camera = v4l2::check,
-        .list = list_v4l2,
+        .list = []() -> Result<std::vector<DeviceInfo>> { return v4l2::list_cameras(); },
         .device_ids = v4l2_nodes},
     Row{.backend = {"libcamera_camera", true, false, libcamera_camera::why_not(), Keys::kCamera},
         .open_camera = [](Shared&, const char*,

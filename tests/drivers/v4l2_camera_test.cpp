@@ -55,8 +55,8 @@ TEST_F(V4l2CameraTest, ANameWithEscapeSequencesIsCleaned) {
   device_.card = "Eye \x1b[2J\x1b]0;x\x07";
   const auto cameras = v4l2::list_cameras(kernel_);
   ASSERT_EQ(cameras.size(), 1U);
-  EXPECT_EQ(cameras.front().card, "Eye ?[2J?]0;x?");
-  EXPECT_TRUE(open({cameras.front().card, "", {}})) << "the listed name must find it";
+  EXPECT_EQ(cameras.front().what, "Eye ?[2J?]0;x? (/dev/video0, scripted:/dev/video0)");
+  EXPECT_TRUE(open({"Eye ?[2J?]0;x?", "", {}})) << "the listed name must find it";
 }
 
 TEST_F(V4l2CameraTest, IsFoundByPathByLinkAndByCard) {
@@ -90,11 +90,11 @@ TEST_F(V4l2CameraTest, TheListIsInTheOrderOfNumbersAndOmitsOtherDevices) {
   kernel_->add({.path = "/dev/vbi0"});
   const auto cameras = v4l2::list_cameras(kernel_);
   ASSERT_EQ(cameras.size(), 3U);
-  EXPECT_EQ(cameras[0].path, "/dev/video0");
-  EXPECT_EQ(cameras[1].path, "/dev/video2");
-  EXPECT_EQ(cameras[2].path, "/dev/video10");
-  EXPECT_EQ(cameras[0].bus, "scripted:/dev/video0");
-  EXPECT_THAT(cameras[0].modes, ElementsAre("YUYV 640x480 at 30, 15 Hz", "H264 (not known to this driver)"));
+  EXPECT_EQ(cameras[0].name, "/dev/video0");
+  EXPECT_EQ(cameras[1].name, "/dev/video2");
+  EXPECT_EQ(cameras[2].name, "/dev/video10");
+  EXPECT_EQ(cameras[0].what, "Scripted (/dev/video0, scripted:/dev/video0)");
+  EXPECT_THAT(cameras[0].details, ElementsAre("YUYV 640x480 at 30, 15 Hz", "H264 (not known to this driver)"));
 }
 
 TEST_F(V4l2CameraTest, AFailedOpenReportsTheReason) {
