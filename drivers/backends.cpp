@@ -35,7 +35,7 @@ using OpenedCamera = Result<std::unique_ptr<Camera>>;
 using OpenedDrive = Result<std::unique_ptr<DiffDrive>>;
 
 OpenedCamera open_memory_camera(Shared& shared, const char* /*view*/, const CameraPart& /*part*/) {
-  return {std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance)};
+  return {std::make_unique<memory::MemoryCamera>(shared.clock)};
 }
 
 OpenedDrive open_memory_drive(Shared& shared, const DrivePart& part) {

@@ -20,7 +20,6 @@ namespace {
 using namespace std::chrono_literals;
 using memory::MemoryCamera;
 using memory::test_pattern;
-using memory::WhenNotDue;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -29,8 +28,8 @@ constexpr std::uint64_t kCameraSeed = 20061;
 
 /// A streaming lock-step camera behind a cable with these faults.
 std::unique_ptr<Camera> camera_with(const CameraFaults& faults, std::uint64_t seed = kCameraSeed) {
-  auto camera = std::make_unique<FaultyCamera>(
-      std::make_unique<MemoryCamera>(std::make_shared<ManualClock>(), WhenNotDue::kAdvance), faults, seed);
+  auto camera =
+      std::make_unique<FaultyCamera>(std::make_unique<MemoryCamera>(std::make_shared<ManualClock>()), faults, seed);
   EXPECT_TRUE(camera->configure(kSmall));
   EXPECT_TRUE(camera->start());
   return camera;
@@ -53,7 +52,7 @@ TEST(CameraFaults, EveryBadFieldIsNamed) {
                                         HasSubstr("late_chance is nan"), HasSubstr("delay is -3 ms")));
   }
   EXPECT_THROW(FaultyCamera(nullptr, {}, kCameraSeed), std::invalid_argument);
-  EXPECT_THROW(FaultyCamera(std::make_unique<MemoryCamera>(std::make_shared<SteadyClock>()), faults, kCameraSeed),
+  EXPECT_THROW(FaultyCamera(std::make_unique<MemoryCamera>(std::make_shared<ManualClock>()), faults, kCameraSeed),
                std::invalid_argument);
 }
 
@@ -144,7 +143,7 @@ TEST(FaultyCamera, AFrameLaterThanTheTimeoutComesAtTheNextGrab) {
   CameraFaults faults;
   faults.late_chance = 1;
   faults.delay = 40ms;
-  FaultyCamera camera(std::make_unique<MemoryCamera>(clock, WhenNotDue::kTimeOut), faults, kCameraSeed);
+  FaultyCamera camera(std::make_unique<MemoryCamera>(clock), faults, kCameraSeed);
   ASSERT_TRUE(camera.configure(kSmall));
   ASSERT_TRUE(camera.start());
   const auto early = camera.grab(1ms);
