@@ -27,7 +27,7 @@
 
 #include <fmt/format.h>
 
-#include "base/process.h"
+#include "base/child_process.h"
 
 namespace twocone::serial {
 namespace {
