@@ -14,6 +14,8 @@
 
 #include "drivers/memory/memory.h"
 
+#include "tests/support/fails_with.h"
+
 namespace twocone::testing_support {
 namespace {
 
@@ -146,9 +148,7 @@ TEST(FaultyCamera, AFrameLaterThanTheTimeoutComesAtTheNextGrab) {
   FaultyCamera camera(std::make_unique<MemoryCamera>(clock), faults, kCameraSeed);
   ASSERT_TRUE(camera.configure(kSmall));
   ASSERT_TRUE(camera.start());
-  const auto early = camera.grab(1ms);
-  ASSERT_FALSE(early);
-  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(camera.grab(1ms), FailsWith(ErrorCode::kTimeout));
   clock->advance(150ms);  // three exposures later
   const auto old = camera.grab(10s);
   ASSERT_TRUE(old);
@@ -196,9 +196,7 @@ TEST(FaultyCamera, ACutImageIsBadDataToItsReader) {
     ASSERT_TRUE(frame);
     const auto image = frame->image(0ms);
     ASSERT_TRUE(image);
-    const auto rgb = to_rgb8(**image);
-    ASSERT_FALSE(rgb);
-    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+    EXPECT_THAT(to_rgb8(**image), FailsWith(ErrorCode::kBadData));
   }
 }
 
@@ -209,9 +207,7 @@ TEST(FaultyCamera, ACableThatCameOffStaysOffUntilTheCameraIsOpenedAgain) {
   for (int round = 0; round < 2; ++round) {
     for (int i = 0; i < 3; ++i) EXPECT_TRUE(camera->grab(1s)) << "round " << round << ", grab " << i;
     for (int i = 0; i < 3; ++i) {
-      const auto frame = camera->grab(1s);
-      ASSERT_FALSE(frame) << "round " << round << ", grab " << i;
-      EXPECT_EQ(frame.error().code, ErrorCode::kDisconnected);
+      EXPECT_THAT(camera->grab(1s), FailsWith(ErrorCode::kDisconnected)) << "round " << round << ", grab " << i;
     }
     camera->stop();
     ASSERT_TRUE(camera->start());

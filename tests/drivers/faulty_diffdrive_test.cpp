@@ -11,6 +11,8 @@
 
 #include "drivers/memory/memory.h"
 
+#include "tests/support/fails_with.h"
+
 namespace twocone::testing_support {
 namespace {
 
@@ -63,9 +65,7 @@ TEST_F(FaultyDiffDriveTest, ALostCommandNeverReachesTheWheels) {
   DriveFaults faults;
   faults.command_lost_chance = 1;
   open(faults);
-  const auto applied = drive_->set_speeds({1, 1});
-  ASSERT_FALSE(applied);
-  EXPECT_EQ(applied.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(drive_->set_speeds({1, 1}), FailsWith(ErrorCode::kTimeout));
   EXPECT_EQ(drive_->stop().error().code, ErrorCode::kTimeout);
   EXPECT_TRUE(wheels_->commands().empty());
 }
@@ -75,9 +75,7 @@ TEST_F(FaultyDiffDriveTest, ALostReplyDoesNotStopTheCommand) {
   DriveFaults faults;
   faults.reply_lost_chance = 1;
   open(faults);
-  const auto applied = drive_->set_speeds({1, 2});
-  ASSERT_FALSE(applied);
-  EXPECT_EQ(applied.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(drive_->set_speeds({1, 2}), FailsWith(ErrorCode::kTimeout));
   EXPECT_EQ(wheels_->speeds(), (WheelSpeeds{1, 2}));
   EXPECT_EQ(drive_->stop().error().code, ErrorCode::kTimeout);
   EXPECT_EQ(wheels_->speeds(), WheelSpeeds{});
@@ -126,9 +124,7 @@ TEST_F(FaultyDiffDriveTest, WhenTheCableComesOffTheWheelsStopByThemselves) {
   }
   const auto cut = wheels_->commands().size();
   for (int i = 0; i < 6; ++i) {
-    const auto applied = drive_->set_speeds({5, 5});
-    ASSERT_FALSE(applied) << "call " << i << " after";
-    EXPECT_EQ(applied.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(drive_->set_speeds({5, 5}), FailsWith(ErrorCode::kDisconnected)) << "call " << i << " after";
     EXPECT_EQ(drive_->read_angles().error().code, ErrorCode::kDisconnected);
     EXPECT_EQ(drive_->stop().error().code, ErrorCode::kDisconnected);
     clock_->advance(50ms);

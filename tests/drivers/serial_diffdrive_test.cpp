@@ -18,6 +18,7 @@
 #include <numbers>
 
 #include "tests/emulator/plug.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::serial {
 namespace {
@@ -25,7 +26,9 @@ namespace {
 using namespace std::chrono_literals;
 using emulator::Plug;
 using std::numbers::pi;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr double kCountsPerTurn = 508.8;
 constexpr auto kTimeout = 300ms;
@@ -227,9 +230,7 @@ TEST_P(SerialDrive, ComesBackAfterAnUnplugWithoutAJump) {
   ASSERT_TRUE(before);
   plug_.unplug();
   const auto unplugged = std::chrono::steady_clock::now();
-  const auto gone = drive->set_speeds({5, 5});
-  ASSERT_FALSE(gone);
-  EXPECT_EQ(gone.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(drive->set_speeds({5, 5}), FailsWith(ErrorCode::kDisconnected));
   EXPECT_LT(std::chrono::steady_clock::now() - unplugged, 1s);
   EXPECT_FALSE(drive->read_angles());
   std::this_thread::sleep_for(300ms);
@@ -400,11 +401,8 @@ TEST(SerialDriveSpeeds, TooSlowForTheControllerAreRefusedWithTheLeastPossibleOne
   const double least = least_speed_radps(settings);
   EXPECT_NEAR(least, 2.5 / 0.033 * 2 * pi / 1440, 1e-9);
   ASSERT_TRUE((*drive)->set_speeds({least, 0}));
-  const auto refused = (*drive)->set_speeds({0.2, -0.1});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(refused.error().message, HasSubstr("0.2 rad/s"));
-  EXPECT_THAT(refused.error().message, HasSubstr("slower than 0.331 rad/s"));
+  EXPECT_THAT((*drive)->set_speeds({0.2, -0.1}),
+              FailsWith(ErrorCode::kRefused, AllOf(HasSubstr("0.2 rad/s"), HasSubstr("slower than 0.331 rad/s"))));
   plug.server().catch_up();
   EXPECT_FALSE(plug.server().turns());
   EXPECT_TRUE((*drive)->set_speeds({0.2, -0.4})) << "a slow wheel is allowed if the other one turns";
@@ -502,8 +500,7 @@ TEST(WithWatchdog, AWatchdogThatIsKilledStopsTheDriveAndIsReplaced) {
   const auto end = std::chrono::steady_clock::now() + 5s;
   auto refused = (*drive)->set_speeds({5, 5});
   while (refused && std::chrono::steady_clock::now() < end) refused = (*drive)->set_speeds({5, 5});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(refused, FailsWith(ErrorCode::kUnavailable));
   plug.server().catch_up();
   EXPECT_FALSE(plug.server().turns());
   EXPECT_EQ(::kill(first, 0), -1) << "a zombie remains";
@@ -527,10 +524,10 @@ TEST(WithWatchdog, AHaltedWatchdogIsNoticedInTimeAndReplaced) {
     const auto halted = std::chrono::steady_clock::now();
     const auto refused = (*drive)->set_speeds({5, 5});
     const auto noticed = std::chrono::steady_clock::now() - halted;
-    ASSERT_FALSE(refused) << "it drives without a watchdog that could stop it";
-    EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
-    EXPECT_THAT(refused.error().message, HasSubstr("process " + std::to_string(first) + ", did not run"));
-    EXPECT_THAT(refused.error().message, HasSubstr("the wheels were stopped"));
+    EXPECT_THAT(refused, FailsWith(ErrorCode::kUnavailable,
+                                   AllOf(HasSubstr("process " + std::to_string(first) + ", did not run"),
+                                         HasSubstr("the wheels were stopped"))))
+        << "it drives without a watchdog that could stop it";
     plug.server().catch_up();
     EXPECT_FALSE(plug.server().turns());
     EXPECT_EQ(::kill(first, 0), -1) << "it remains halted";
@@ -586,9 +583,8 @@ TEST(WithWatchdog, ATransportThatNoWatchdogCanHoldIsRefused) {
     if (connection) connection->descriptor = -1;
     return connection;
   };
-  const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, {.connect = connect});
-  ASSERT_FALSE(drive);
-  EXPECT_EQ(drive.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(open_drive(plug.settings(kCountsPerTurn), kLimits, {.connect = connect}),
+              FailsWith(ErrorCode::kUnavailable));
 }
 
 // Catches a drive that does not stop wheels which another program left turning.

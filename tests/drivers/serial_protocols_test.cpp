@@ -6,6 +6,7 @@
 #include "drivers/serial_diffdrive/message_formats.h"
 #include "drivers/serial_diffdrive/protocol.h"
 #include "tests/emulator/memory_transport.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::serial {
 namespace {
@@ -15,6 +16,7 @@ using emulator::MemoryTransport;
 using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 using Bytes = std::vector<std::uint8_t>;
 
 Deadline soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(3); }
@@ -136,9 +138,8 @@ TEST(Roboclaw, AnUnnoticedResetIsDetectedByItsTimeout) {
   bench->firmware->reset();
   Result<RawCounts> counts = protocol->read_counts(transport);
   for (int i = 0; i < 20 && counts; ++i) counts = protocol->read_counts(transport);
-  ASSERT_FALSE(counts) << "a unit without a time-out after a reset was not noticed";
-  EXPECT_EQ(counts.error().code, ErrorCode::kDisconnected);
-  EXPECT_THAT(counts.error().message, HasSubstr("700 ms, and it reports 0 ms"));
+  EXPECT_THAT(counts, FailsWith(ErrorCode::kDisconnected, HasSubstr("700 ms, and it reports 0 ms")))
+      << "a unit without a time-out after a reset was not noticed";
 }
 
 TEST(Roboclaw, EveryExchangeOfTheDataSheetHasItsChecksum) {
@@ -301,10 +302,8 @@ TEST(Create2, ComesBackWhenItsWheelsAreOnTheFloorAgain) {
   ASSERT_TRUE(talk.protocol->read_counts(talk.transport));
   std::this_thread::sleep_for(std::chrono::milliseconds(40));
   ASSERT_TRUE(talk.protocol->read_counts(talk.transport));
-  const auto refused = talk.protocol->drive(talk.transport, {100, 100});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(refused.error().message, HasSubstr("a wheel hangs free"));
+  EXPECT_THAT(talk.protocol->drive(talk.transport, {100, 100}),
+              FailsWith(ErrorCode::kRefused, HasSubstr("a wheel hangs free")));
   EXPECT_FALSE(firmware.wheels.turn());
   firmware.wheel_hangs = false;
   EXPECT_TRUE(talk.protocol->drive(talk.transport, {100, 100}));
@@ -388,19 +387,13 @@ TEST_P(Protocols, GarbageBetweenTheAnswersIsIgnored) {
 TEST_P(Protocols, SilenceAndNonsenseAreDistinguished) {
   Talk talk(GetParam());
   talk.bench->faults.lose_answers = 1'000'000;
-  const auto silence = talk.protocol->read_counts(talk.transport);
-  ASSERT_FALSE(silence);
-  EXPECT_EQ(silence.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(talk.protocol->read_counts(talk.transport), FailsWith(ErrorCode::kTimeout));
   talk.bench->faults = {};
   talk.bench->faults.garble_answers = 1'000'000;
-  const auto nonsense = talk.protocol->read_counts(talk.transport);
-  ASSERT_FALSE(nonsense);
-  EXPECT_EQ(nonsense.error().code, ErrorCode::kBadData) << nonsense.error().message;
+  EXPECT_THAT(talk.protocol->read_counts(talk.transport), FailsWith(ErrorCode::kBadData));
   talk.bench->faults = {};
   talk.bench->faults.unplugged = true;
-  const auto gone = talk.protocol->read_counts(talk.transport);
-  ASSERT_FALSE(gone);
-  EXPECT_EQ(gone.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(talk.protocol->read_counts(talk.transport), FailsWith(ErrorCode::kDisconnected));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Protocols, testing::Values("ros_arduino_bridge", "roboclaw", "create2"),

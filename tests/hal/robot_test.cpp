@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/hal/scripted_devices.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone {
 namespace {
@@ -16,6 +17,8 @@ using test::Log;
 using test::ScriptedCamera;
 using test::ScriptedDrive;
 using testing::ElementsAre;
+using testing::StartsWith;
+using testing_support::FailsWith;
 
 class FixedTruth final : public GroundTruth {
  public:
@@ -149,10 +152,7 @@ TEST_F(RobotTest, StartsTheOthersAfterThePairAndStopsThemLast) {
 TEST_F(RobotTest, LeavesNoCameraRunningIfOneDoesNotStart) {
   back_->started = Error{ErrorCode::kUnavailable, "no such device"};
   const auto bot = robot_with_two_more();
-  const auto started = bot->start({}, {});
-  ASSERT_FALSE(started);
-  EXPECT_EQ(started.error().code, ErrorCode::kUnavailable);
-  EXPECT_EQ(started.error().message, "back: no such device");
+  EXPECT_THAT(bot->start({}, {}), FailsWith(ErrorCode::kUnavailable, "back: no such device"));
   log_->clear();
   (void)bot->next_frame(0ms);
   EXPECT_THAT(*log_, ElementsAre()) << "a camera was grabbed that should be stopped";
@@ -193,10 +193,7 @@ TEST_F(RobotTest, KeepsThePairUntilTheOthersHaveArrived) {
   ASSERT_TRUE(bot->start({}, {}));
   for (const auto& camera : {lower_, upper_}) camera->grabs = {test::frame_at(3, 50ms), test::frame_at(4, 60ms)};
   front_->grabs = {test::frame_at(13, 50ms)};
-  const auto failed = bot->next_frame(1s);
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().code, ErrorCode::kTimeout);
-  EXPECT_TRUE(failed.error().message.starts_with("back: ")) << failed.error().message;
+  EXPECT_THAT(bot->next_frame(1s), FailsWith(ErrorCode::kTimeout, StartsWith("back: ")));
   EXPECT_TRUE(bot->other_frames().empty()) << "half of the frames of a step were returned";
 
   back_->grabs = {test::frame_at(23, 50ms)};

@@ -2,13 +2,13 @@
 // A pair of real cameras, which run freely, are lost and come back.
 #include <algorithm>
 #include <chrono>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "hal/stereo_rig.h"
 #include "tests/hal/scripted_devices.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone {
 namespace {
@@ -20,6 +20,7 @@ using test::frame_at;
 using test::Log;
 using test::ScriptedCamera;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr CameraSettings kHardwareSettings{64, 48, 25};
 constexpr auto kPeriod = 40ms;
@@ -53,16 +54,13 @@ TEST_F(HardwareRigTest, ALostCameraIsStartedAgain) {
     other.grabs = {frame_at(0, 0ms)};
     unplug(*camera);
     auto pair = rig_.grab(1s);
-    ASSERT_FALSE(pair);
-    EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
-    EXPECT_THAT(pair.error().message, HasSubstr("unplugged"));
+    ASSERT_THAT(pair, FailsWith(ErrorCode::kDisconnected, HasSubstr("unplugged")));
 
     // While the camera is lost, each call takes and drops one frame of the other camera.
     for (std::uint64_t i = 1; i <= 4; ++i) other.grabs.push_back(frame_at(i, std::int64_t(i) * kPeriod));
     while (!other.grabs.empty()) {
       pair = rig_.grab(1s);
-      ASSERT_FALSE(pair);
-      EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+      EXPECT_THAT(pair, FailsWith(ErrorCode::kDisconnected));
     }
     EXPECT_EQ(rig_.recoveries(), recoveries);
 
@@ -103,9 +101,7 @@ TEST_F(HardwareRigTest, AShortGrabDoesNotWaitForTheNextTry) {
   const auto tries = asked("lower.configure");
   const auto begin = steady_clock::now();
   for (int i = 0; i < 3; ++i) {
-    const auto pair = rig_.grab(0ms);
-    ASSERT_FALSE(pair);
-    EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(rig_.grab(0ms), FailsWith(ErrorCode::kDisconnected));
   }
   if (steady_clock::now() - begin < 200ms) {
     EXPECT_EQ(asked("lower.configure"), tries);
@@ -136,11 +132,9 @@ TEST_F(HardwareRigTest, ACameraThatComesBackWithAnotherSizeIsRefused) {
   ASSERT_FALSE(rig_.grab(1s));
   upper_->configured = {};
   upper_->smaller_by.width_px = 4;
-  const auto pair = rig_.grab(1s);
-  ASSERT_FALSE(pair);
-  EXPECT_EQ(pair.error().code, ErrorCode::kRefused);
-  EXPECT_EQ(pair.error().message,
-            "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has");
+  EXPECT_THAT(rig_.grab(1s),
+              FailsWith(ErrorCode::kRefused,
+                        "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has"));
   EXPECT_EQ(rig_.recoveries(), 0U);
   EXPECT_EQ(asked("upper.start"), 1);
   upper_->smaller_by.width_px = 0;

@@ -19,4 +19,10 @@ MATCHER_P(FailsWith, code, "fails with " + std::string(to_string(code))) {
   return arg.error().code == code;
 }
 
+/// Matches a result that is an error of this kind, with this message. @param message a string, or a matcher
+MATCHER_P2(FailsWith, code, message, "fails with " + std::string(to_string(code)) + " and its message") {
+  return testing::ExplainMatchResult(FailsWith(code), arg, result_listener) &&
+         testing::ExplainMatchResult(message, arg.error().message, result_listener);
+}
+
 }  // namespace twocone::testing_support
