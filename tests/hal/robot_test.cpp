@@ -13,7 +13,6 @@ namespace twocone {
 namespace {
 
 using namespace std::chrono_literals;
-using test::Log;
 using test::ScriptedCamera;
 using test::ScriptedDrive;
 using testing::ElementsAre;
@@ -26,38 +25,29 @@ class FixedTruth final : public GroundTruth {
   [[nodiscard]] std::string contact() const override { return "landmark red"; }
 };
 
-class RobotTest : public testing::Test {
+class RobotTest : public testing::Test, protected test::ScriptedPair {
  protected:
-  StereoRig rig() {
-    return {std::make_unique<ScriptedCamera>("lower", lower_, log_),
-            std::make_unique<ScriptedCamera>("upper", upper_, log_), 0ns};
-  }
-  std::unique_ptr<Robot> robot(std::unique_ptr<GroundTruth> truth = nullptr) {
-    return std::make_unique<Robot>(rig(), std::make_unique<ScriptedDrive>(drive_, log_), std::move(truth));
+  std::unique_ptr<Robot> robot(std::unique_ptr<GroundTruth> truth = nullptr, std::vector<NamedCamera> others = {}) {
+    return std::make_unique<Robot>(make_rig(0ns), std::make_unique<ScriptedDrive>(drive_, log_), std::move(truth),
+                                   std::move(others));
   }
   NamedCamera other(const std::string& name, const std::shared_ptr<ScriptedCamera::Script>& script) {
     return {name, std::make_unique<ScriptedCamera>(name, script, log_), {320, 240, 7.5}};
-  }
-  std::unique_ptr<Robot> robot_with(std::vector<NamedCamera> others) {
-    return std::make_unique<Robot>(rig(), std::make_unique<ScriptedDrive>(drive_, log_), nullptr, std::move(others));
   }
   /// A robot with the cameras `front` and `back` besides its pair.
   std::unique_ptr<Robot> robot_with_two_more() {
     std::vector<NamedCamera> others;
     others.push_back(other("front", front_));
     others.push_back(other("back", back_));
-    return robot_with(std::move(others));
+    return robot(nullptr, std::move(others));
   }
 
-  std::shared_ptr<Log> log_ = std::make_shared<Log>();
-  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
-  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedCamera::Script> front_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedCamera::Script> back_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedDrive::Script> drive_ = std::make_shared<ScriptedDrive::Script>();
 };
 
-TEST_F(RobotTest, NeedsADrive) { EXPECT_THROW(Robot(rig(), nullptr, nullptr), std::invalid_argument); }
+TEST_F(RobotTest, NeedsADrive) { EXPECT_THROW(Robot(make_rig(0ns), nullptr, nullptr), std::invalid_argument); }
 
 TEST_F(RobotTest, OffersTruthOnlyIfItHasOne) {
   EXPECT_EQ(robot()->true_pose(), std::nullopt);
@@ -128,7 +118,7 @@ TEST_F(RobotTest, RefusesOtherCamerasThatAreMissingOrShareANameNamingAll) {
   others.push_back(other("back", front_));
   others.push_back(other("back", front_));
   try {
-    robot_with(std::move(others));
+    robot(nullptr, std::move(others));
     FAIL() << "accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(

@@ -14,7 +14,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::frame_at;
-using test::Log;
 using test::ScriptedCamera;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -24,15 +23,11 @@ using testing_support::FailsWith;
 constexpr auto kMaxSkew = 5ms;
 constexpr CameraSettings kSettings{64, 48, 20};
 
-class StereoRigTest : public testing::Test {
+class StereoRigTest : public testing::Test, protected test::ScriptedPair {
  protected:
   void start() { ASSERT_TRUE(rig_.start(kSettings, kSettings)); }
 
-  std::shared_ptr<Log> log_ = std::make_shared<Log>();
-  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
-  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
-  StereoRig rig_{std::make_unique<ScriptedCamera>("lower", lower_, log_),
-                 std::make_unique<ScriptedCamera>("upper", upper_, log_), kMaxSkew};
+  StereoRig rig_ = make_rig(kMaxSkew);
 };
 
 TEST_F(StereoRigTest, NeedsTwoCamerasAndABound) {
