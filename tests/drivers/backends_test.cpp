@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/error_of.h"
 #include "tests/support/fails_with.h"
 
 namespace twocone::drivers {
@@ -177,17 +178,12 @@ TEST(OpenRobot, EveryBadSettingIsNamedByItsPart) {
   settings.drive.limits.max_speed_radps = -1;
   settings.max_skew = -1ns;
   settings.world.reset();
-  try {
-    (void)open_robot(settings);
-    FAIL() << "nothing was thrown";
-  } catch (const std::invalid_argument& complaint) {
-    EXPECT_THAT(complaint.what(),
-                AllOf(HasSubstr("cameras.lower: CameraSettings: width_px is 0"),
-                      HasSubstr("cameras.upper: ViewSettings: antialias is 10, must be 1 to 9"),
-                      HasSubstr("rate_hz is 20 Hz for lower and 30 Hz for upper"),
-                      HasSubstr("drive: DriveLimits: max_speed_radps is -1 rad/s"), HasSubstr("max_skew is -1 ns"),
-                      HasSubstr("world: is missing, sim_povray needs one")));
-  }
+  EXPECT_THAT(testing_support::error_of<std::invalid_argument>([&] { (void)open_robot(settings); }),
+              AllOf(HasSubstr("cameras.lower: CameraSettings: width_px is 0"),
+                    HasSubstr("cameras.upper: ViewSettings: antialias is 10, must be 1 to 9"),
+                    HasSubstr("rate_hz is 20 Hz for lower and 30 Hz for upper"),
+                    HasSubstr("drive: DriveLimits: max_speed_radps is -1 rad/s"), HasSubstr("max_skew is -1 ns"),
+                    HasSubstr("world: is missing, sim_povray needs one")));
   settings = all_parts("memory");
   settings.world.reset();
   EXPECT_NO_THROW(check(settings)) << "only a simulation needs a world";

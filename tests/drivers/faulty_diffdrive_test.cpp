@@ -11,6 +11,7 @@
 
 #include "drivers/memory/memory.h"
 
+#include "tests/support/error_of.h"
 #include "tests/support/fails_with.h"
 
 namespace twocone::testing_support {
@@ -44,13 +45,9 @@ TEST_F(FaultyDiffDriveTest, EveryBadFieldIsNamed) {
   faults.command_lost_chance = 2;
   faults.misread_chance = std::numeric_limits<double>::quiet_NaN();
   faults.misread_rad = -1;
-  try {
-    check(faults);
-    FAIL() << "nothing was thrown";
-  } catch (const std::invalid_argument& complaint) {
-    EXPECT_THAT(complaint.what(), AllOf(HasSubstr("command_lost_chance is 2"), HasSubstr("misread_chance is nan"),
-                                        HasSubstr("misread_rad is -1 rad")));
-  }
+  EXPECT_THAT(error_of<std::invalid_argument>([&] { check(faults); }),
+              AllOf(HasSubstr("command_lost_chance is 2"), HasSubstr("misread_chance is nan"),
+                    HasSubstr("misread_rad is -1 rad")));
   EXPECT_THROW(open(faults), std::invalid_argument);
   EXPECT_THROW(FaultyDiffDrive(nullptr, {}, kDriveSeed), std::invalid_argument);
 }

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/hal/scripted_devices.h"
+#include "tests/support/error_of.h"
 #include "tests/support/fails_with.h"
 
 namespace twocone {
@@ -117,15 +118,9 @@ TEST_F(RobotTest, RefusesOtherCamerasThatAreMissingOrShareANameNamingAll) {
   others.push_back(other("lower", front_));
   others.push_back(other("back", front_));
   others.push_back(other("back", front_));
-  try {
-    robot(nullptr, std::move(others));
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "Robot: camera 0 ('front') is missing; camera 1 has no name; the name 'lower' of camera 2 is taken; the "
-        "name 'back' of camera 4 is taken;");
-  }
+  EXPECT_EQ(testing_support::error_of<std::invalid_argument>([&] { robot(nullptr, std::move(others)); }),
+            "Robot: camera 0 ('front') is missing; camera 1 has no name; the name 'lower' of camera 2 is taken; the "
+            "name 'back' of camera 4 is taken;");
 }
 
 TEST_F(RobotTest, StartsTheOthersAfterThePairAndStopsThemLast) {
