@@ -19,7 +19,7 @@ inline constexpr int kMarkPlaces = 60;
 /// A colour wheel: the hue is the azimuth atan2(row - centre, column - centre) about the image's centre, at full
 /// saturation. One ray is white, the mark. Its azimuth is 2 pi (sequence mod kMarkPlaces) / kMarkPlaces, like the hand
 /// of a watch, so that an image shows the number of its exposure. With 48 rows or more, all places are distinguishable
-/// (memory_camera_test.cpp, MarkIdentifiesTheSequence). The format is kRgb8.
+/// (memory_test.cpp, MarkIdentifiesTheSequence). The format is kRgb8.
 Image test_pattern(std::uint64_t sequence, const CameraSettings& settings);
 
 /// Limits that MemoryCamera::configure applies. With these rates, the times of exposures are exact in whole nanoseconds
