@@ -6,6 +6,7 @@
 #include "tests/drivers/diff_drive_conformance.h"
 #include "tests/support/faulty_camera.h"
 #include "tests/support/faulty_diffdrive.h"
+#include "tests/support/real_time_camera.h"
 
 namespace twocone::test {
 namespace {
@@ -16,24 +17,32 @@ using memory::MemoryDiffDrive;
 using std::chrono::nanoseconds;
 using testing_support::FaultyCamera;
 using testing_support::FaultyDiffDrive;
+using testing_support::RealTimeCamera;
 
 OpenedCamera open_memory_camera() {
   auto clock = std::make_shared<ManualClock>();
   return {std::make_unique<MemoryCamera>(clock), [clock](nanoseconds time) { clock->advance(time); }};
 }
 
+OpenedCamera open_real_time_camera() {
+  return {std::make_unique<RealTimeCamera>(), [](nanoseconds time) { std::this_thread::sleep_for(time); }};
+}
+
 /// A cable without a fault must behave like no cable.
-OpenedCamera open_memory_camera_behind_a_cable() {
-  OpenedCamera opened = open_memory_camera();
+OpenedCamera behind_a_cable(OpenedCamera opened) {
   return {std::make_unique<FaultyCamera>(std::move(opened.camera), testing_support::CameraFaults{}, 1), opened.pass};
 }
 
-// The period of this rate is not whole nanoseconds, so a sum of rounded periods is detected.
+// The periods of these rates are not whole nanoseconds, so a sum of rounded periods is detected.
 const CameraCase kMemoryCamera{"Memory", {64, 48, 15}, 0ns, open_memory_camera};
-const CameraCase kMemoryCable{"FaultlessCable", {64, 48, 15}, 0ns, open_memory_camera_behind_a_cable};
+const CameraCase kMemoryCable{"FaultlessCable", {64, 48, 15}, 0ns, [] { return behind_a_cable(open_memory_camera()); }};
+const CameraCase kRealTimeCamera{"RealTime", {64, 48, 60}, 0ns, open_real_time_camera};
+const CameraCase kRealTimeCable{
+    "FaultlessCableInRealTime", {64, 48, 60}, 0ns, [] { return behind_a_cable(open_real_time_camera()); }};
+const auto kMemoryCameras = testing::Values(kMemoryCamera, kMemoryCable, kRealTimeCamera, kRealTimeCable);
 
-INSTANTIATE_TEST_SUITE_P(Memory, CameraConformance, testing::Values(kMemoryCamera, kMemoryCable), camera_case_name);
-INSTANTIATE_TEST_SUITE_P(Memory, CameraThatDoesNotWait, testing::Values(kMemoryCamera, kMemoryCable), camera_case_name);
+INSTANTIATE_TEST_SUITE_P(Memory, CameraConformance, kMemoryCameras, camera_case_name);
+INSTANTIATE_TEST_SUITE_P(Memory, CameraThatDoesNotWait, kMemoryCameras, camera_case_name);
 INSTANTIATE_TEST_SUITE_P(Memory, CameraInLockStep, testing::Values(kMemoryCamera, kMemoryCable), camera_case_name);
 
 OpenedDrive open_drive(std::shared_ptr<const Clock> clock, std::function<void(nanoseconds)> pass,
