@@ -8,6 +8,7 @@
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <sstream>
 #include <system_error>
@@ -25,6 +27,13 @@ namespace twocone::base {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Waits for a process that ends soon, because it has ended or was killed, and returns its status.
+int reap(pid_t pid) noexcept {
+  int status = 0;
+  static_cast<void>(TEMP_FAILURE_RETRY(::waitpid(pid, &status, 0)));
+  return status;
+}
 
 void make_non_blocking(int fd) {
   if (::fcntl(fd, F_SETFL, O_NONBLOCK) != 0) throw_errno("fcntl");
@@ -50,12 +59,10 @@ struct StartFailure {
 /// may allocate nothing.
 struct ChildPlan {
   const Program& program;
-  char* const* arguments;
-  char* const* environment;
-  int input_fd, output_fd, errors_fd, failure_fd;
-  const std::vector<UniqueFd>& inputs;
-  pid_t parent;
-  int ruleset_fd;
+  std::vector<char*> arguments{}, environment{};
+  UniqueFd input{}, output{}, errors{}, failure{}, ruleset{};
+  std::vector<UniqueFd> inputs{};
+  pid_t parent = ::getpid();
 };
 
 [[noreturn]] void become_program(const ChildPlan& plan) {
@@ -63,7 +70,7 @@ struct ChildPlan {
     const StartFailure failure{step, errno};
     // The message is smaller than PIPE_BUF, so it is written whole or not at all. In the latter case the parent sees
     // exit status 127.
-    [[maybe_unused]] const auto written = ::write(plan.failure_fd, &failure, sizeof failure);
+    [[maybe_unused]] const auto written = ::write(plan.failure.get(), &failure, sizeof failure);
     ::_exit(127);
   };
   const Program& program = plan.program;
@@ -78,8 +85,8 @@ struct ChildPlan {
   Process::unblock_signals();
   ::signal(SIGPIPE, SIG_DFL);  // exec resets handlers, but not ignored signals
   if (::chdir(program.folder.c_str()) != 0) fail("entering the folder");
-  if (::dup2(plan.input_fd, STDIN_FILENO) < 0 || ::dup2(plan.output_fd, STDOUT_FILENO) < 0 ||
-      ::dup2(plan.errors_fd, STDERR_FILENO) < 0) {
+  if (::dup2(plan.input.get(), STDIN_FILENO) < 0 || ::dup2(plan.output.get(), STDOUT_FILENO) < 0 ||
+      ::dup2(plan.errors.get(), STDERR_FILENO) < 0) {
     fail("arranging the descriptors");
   }
   int next = kChildInput;
@@ -88,10 +95,10 @@ struct ChildPlan {
   }
   // A library of the calling program may have left descriptors without close-on-exec.
   ::syscall(SYS_close_range, unsigned(next), ~0U, CLOSE_RANGE_CLOEXEC);
-  if (program.confinement && !Confinement::enter(program.confinement->kind(), plan.ruleset_fd)) {
+  if (program.confinement && !Confinement::enter(program.confinement->kind(), plan.ruleset.get())) {
     fail("confining the program");
   }
-  ::execve(program.path.c_str(), plan.arguments, plan.environment);
+  ::execve(program.path.c_str(), plan.arguments.data(), plan.environment.data());
   fail("starting the program");
   ::_exit(127);
 }
@@ -145,6 +152,79 @@ ChildResult::End watch(const StartedChild& child, const ChildRequest& request, S
 
 }  // namespace
 
+Process::Process(const std::function<void()>& body) {
+  sigset_t all, before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  pid_ = ::fork();
+  if (pid_ == 0) {
+    try {
+      body();
+    } catch (...) {
+      ::_exit(1);
+    }
+    ::_exit(0);
+  }
+  const int error = errno;
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  errno = error;
+  if (pid_ < 0) throw_errno("fork");
+  end_fd_ = UniqueFd(int(::syscall(SYS_pidfd_open, pid_, 0U)));
+  if (!end_fd_.valid()) {
+    const int no_descriptor = errno;
+    kill();
+    errno = no_descriptor;
+    throw_errno("pidfd_open");
+  }
+}
+
+Process::~Process() { kill(); }
+
+Process::Process(Process&& other) noexcept : pid_(std::exchange(other.pid_, 0)), end_fd_(std::move(other.end_fd_)) {}
+
+Process& Process::operator=(Process&& other) noexcept {
+  std::swap(pid_, other.pid_);
+  std::swap(end_fd_, other.end_fd_);
+  return *this;
+}
+
+void Process::signal(int number) const noexcept {
+  if (pid_ > 0) ::kill(pid_, number);
+}
+
+std::optional<int> Process::wait(std::chrono::milliseconds timeout) noexcept {
+  if (pid_ <= 0) return std::nullopt;
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    pollfd end{end_fd_.get(), POLLIN, 0};
+    const int ready = ::poll(&end, 1, int(std::max<std::int64_t>(left.count(), 0)));
+    if (ready > 0) return reap(std::exchange(pid_, 0));
+    if (ready == 0 || errno != EINTR) return std::nullopt;
+  }
+}
+
+int Process::kill() noexcept {
+  if (pid_ <= 0) return 0;
+  signal(SIGKILL);
+  return reap(std::exchange(pid_, 0));
+}
+
+void Process::unblock_signals() noexcept {
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+}
+
+std::uint64_t peak_memory_bytes(pid_t pid) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string word; status >> word;) {
+    std::uint64_t kibibytes = 0;
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+  }
+  return 0;
+}
+
 std::optional<std::string> find_program(const std::string& name) {
   if (name.find('/') != std::string::npos) return name;
   const char* const path = std::getenv("PATH");
@@ -170,41 +250,29 @@ StartedChild::StartedChild(const Program& program) {
     reader = std::move(pipe.read);
     return std::move(pipe.write);
   };
-  const UniqueFd output = program.output ? read_by(output_) : UniqueFd();
-  const UniqueFd errors = read_by(errors_);
+  ChildPlan plan{program};
+  if (program.output) plan.output = read_by(output_);
+  plan.errors = read_by(errors_);
   Pipe failure = make_pipe();
-  const UniqueFd low_null(::open("/dev/null", O_RDWR | O_CLOEXEC));
-  if (!low_null.valid()) throw_errno("/dev/null");
-  const UniqueFd null = lifted(low_null.get());
-  const UniqueFd standard_input = lifted(program.input < 0 ? low_null.get() : program.input);
-  std::vector<UniqueFd> inputs;
-  for (const int input : program.inputs) inputs.push_back(lifted(input));
-
-  UniqueFd ruleset;
+  plan.failure = std::move(failure.write);
+  const UniqueFd null(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  if (!null.valid()) throw_errno("/dev/null");
+  if (!program.output) plan.output = lifted(null.get());
+  plan.input = lifted(program.input < 0 ? null.get() : program.input);
+  for (const int input : program.inputs) plan.inputs.push_back(lifted(input));
   if (program.confinement) {
-    ruleset = program.confinement->ruleset(program.writable);
-    if (ruleset.valid()) ruleset = lifted(ruleset.get());
+    plan.ruleset = program.confinement->ruleset(program.writable);
+    if (plan.ruleset.valid()) plan.ruleset = lifted(plan.ruleset.get());
   }
-
   std::vector<std::string> arguments{program.path};
   arguments.insert(arguments.end(), program.arguments.begin(), program.arguments.end());
-  const auto argument_pointers = pointers(arguments);
-  const auto environment_pointers = pointers(program.environment);
-  const ChildPlan plan{program,
-                       argument_pointers.data(),
-                       environment_pointers.data(),
-                       standard_input.get(),
-                       program.output ? output.get() : null.get(),
-                       errors.get(),
-                       failure.write.get(),
-                       inputs,
-                       ::getpid(),
-                       ruleset.get()};
+  plan.arguments = pointers(arguments);
+  plan.environment = pointers(program.environment);
   process_ = Process([&plan] { become_program(plan); });
   // Parent and child both set the group, because either may run first. After exec this call fails, but then the child
   // has set it. The leader of a group could not begin a session.
   if (!program.outlives) ::setpgid(pid(), pid());
-  failure.write.reset();
+  plan.failure.reset();
   // This read ends as soon as exec closes the other end.
   StartFailure what{};
   if (TEMP_FAILURE_RETRY(::read(failure.read.get(), &what, sizeof what)) == sizeof what) {

@@ -35,21 +35,11 @@ using OpenedCamera = Result<std::unique_ptr<Camera>>;
 using OpenedDrive = Result<std::unique_ptr<DiffDrive>>;
 
 OpenedCamera open_memory_camera(Shared& shared, const char* /*view*/, const CameraPart& /*part*/) {
-  return {std::make_unique<memory::MemoryCamera>(shared.clock, memory::WhenNotDue::kAdvance)};
+  return {std::make_unique<memory::MemoryCamera>(shared.clock)};
 }
 
 OpenedDrive open_memory_drive(Shared& shared, const DrivePart& part) {
   return {std::make_unique<memory::MemoryDiffDrive>(shared.clock, part.limits)};
-}
-
-Result<std::vector<DeviceInfo>> list_v4l2() {
-  std::vector<DeviceInfo> devices;
-  for (v4l2::CameraInfo& camera : v4l2::list_cameras()) {
-    devices.push_back({.name = camera.name(),
-                       .what = fmt::format("{} ({}, {})", camera.card, camera.path, camera.bus),
-                       .details = std::move(camera.modes)});
-  }
-  return devices;
 }
 
 std::vector<std::string> v4l2_nodes(std::vector<std::string> names) {
@@ -90,7 +80,7 @@ const std::array kRows{
     Row{.backend = {"v4l2_camera", true, false, v4l2::why_not(), Keys::kCameraWithIntegers},
         .open_camera = [](Shared&, const char*, const CameraPart& part) { return v4l2::open_camera(part.device); },
         .check_camera = v4l2::check,
-        .list = list_v4l2,
+        .list = []() -> Result<std::vector<DeviceInfo>> { return v4l2::list_cameras(); },
         .device_ids = v4l2_nodes},
     Row{.backend = {"libcamera_camera", true, false, libcamera_camera::why_not(), Keys::kCamera},
         .open_camera = [](Shared&, const char*,
@@ -112,20 +102,20 @@ const Row* find_row(std::string_view driver) {
 /// A part, by its name in messages, and the driver that it requests.
 struct Wanted {
   std::string part;
-  bool is_camera;
   std::string driver;
+  const CameraPart* camera = nullptr;  ///< null: the part is the drive
 
-  [[nodiscard]] bool suits(const Backend& backend) const { return is_camera ? backend.for_cameras : backend.for_drive; }
+  [[nodiscard]] bool suits(const Backend& backend) const { return camera ? backend.for_cameras : backend.for_drive; }
 };
 
 std::string other_part(const OtherCamera& camera) { return "cameras." + camera.name; }
 
 /// The parts in this order: lower, upper, drive, then the other cameras.
 std::vector<Wanted> parts_of(const RobotSettings& settings) {
-  std::vector<Wanted> parts{{"cameras.lower", true, settings.lower.driver},
-                            {"cameras.upper", true, settings.upper.driver},
-                            {kDrivePart, false, settings.drive.driver}};
-  for (const OtherCamera& camera : settings.others) parts.push_back({other_part(camera), true, camera.part.driver});
+  std::vector<Wanted> parts{{"cameras.lower", settings.lower.driver, &settings.lower},
+                            {"cameras.upper", settings.upper.driver, &settings.upper},
+                            {kDrivePart, settings.drive.driver}};
+  for (const OtherCamera& other : settings.others) parts.push_back({other_part(other), other.part.driver, &other.part});
   return parts;
 }
 
@@ -149,7 +139,7 @@ Result<const Row*> find_row(const Wanted& wanted) {
   if (!wanted.suits(row->backend)) {
     return Error{ErrorCode::kRefused,
                  fmt::format("{}: driver '{}' is for {}; drivers for it are: {}", wanted.part, wanted.driver,
-                             wanted.is_camera ? "a drive" : "cameras", drivers_for(wanted))};
+                             wanted.camera ? "a drive" : "cameras", drivers_for(wanted))};
   }
   if (!row->backend.available()) {
     return Error{ErrorCode::kUnavailable,
@@ -247,7 +237,7 @@ Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const Camer
   std::string bad;
   check_part(bad, part, camera);
   if (!bad.empty()) throw std::invalid_argument("CameraPart:" + bad);
-  return open_alone<Camera>({part, true, camera.driver}, [&](const Row& row, Shared& shared) {
+  return open_alone<Camera>({part, camera.driver, &camera}, [&](const Row& row, Shared& shared) {
     return row.open_camera(shared, part.c_str(), camera);
   });
 }
@@ -256,21 +246,18 @@ Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive) {
   std::string bad;
   check_part(bad, drive);
   if (!bad.empty()) throw std::invalid_argument("DrivePart:" + bad);
-  return open_alone<DiffDrive>({kDrivePart, false, drive.driver},
+  return open_alone<DiffDrive>({kDrivePart, drive.driver},
                                [&](const Row& row, Shared& shared) { return row.open_drive(shared, drive); });
 }
 
 Status check_cameras_differ(const RobotSettings& settings) {
-  std::vector<std::pair<std::string, const CameraPart*>> entries{{"cameras.lower", &settings.lower},
-                                                                 {"cameras.upper", &settings.upper}};
-  for (const OtherCamera& other : settings.others) entries.emplace_back(other_part(other), &other.part);
   for (const Row& row : kRows) {
     std::vector<std::string> parts;
     std::vector<std::string> names;
-    for (const auto& [part, camera] : entries) {
-      if (row.device_ids == nullptr || camera->driver != row.backend.name) continue;
-      parts.push_back(part);
-      names.push_back(camera->device.name);
+    for (const Wanted& wanted : parts_of(settings)) {
+      if (row.device_ids == nullptr || !wanted.camera || wanted.driver != row.backend.name) continue;
+      parts.push_back(wanted.part);
+      names.push_back(wanted.camera->device.name);
     }
     if (names.empty()) continue;
     const std::vector<std::string> ids = row.device_ids(names);

@@ -50,7 +50,6 @@ class StereoRig {
 
   [[nodiscard]] const Camera& lower() const { return *lower_.camera; }
   [[nodiscard]] const Camera& upper() const { return *upper_.camera; }
-  [[nodiscard]] std::chrono::nanoseconds max_skew() const { return max_skew_; }
   /// Frames dropped so far because they had no partner.
   [[nodiscard]] std::uint64_t unpaired() const { return unpaired_; }
   /// The number of times that a lost camera was started again.

@@ -19,7 +19,7 @@
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/runlog/summary/summary.h"
-#include "base/process.h"
+#include "base/child_process.h"
 #include "drivers/sim_povray/simulation.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "localisation/odometry.h"

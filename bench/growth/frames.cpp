@@ -13,7 +13,6 @@
 #include "apps/config/robot_file.h"
 #include "apps/runs/run.h"
 #include "base/child_process.h"
-#include "base/process.h"
 #include "bench/growth/growth.h"
 
 namespace twocone::bench {

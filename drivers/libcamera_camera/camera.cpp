@@ -12,7 +12,7 @@
 #include <libcamera/logging.h>
 
 #include "drivers/libcamera_camera/device.h"
-#include "drivers/libcamera_camera/module.h"
+#include "drivers/libcamera_camera/libcamera_camera.h"
 
 namespace twocone::libcamera_camera {
 namespace {

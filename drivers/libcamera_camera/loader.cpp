@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "drivers/libcamera_camera/libcamera_camera.h"
-#include "drivers/libcamera_camera/module.h"
 
 namespace twocone::libcamera_camera {
 namespace {

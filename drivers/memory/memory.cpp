@@ -5,10 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <thread>
 #include <utility>
-
-#include <fmt/format.h>
 
 namespace twocone::memory {
 namespace {
@@ -53,12 +50,7 @@ Image test_pattern(std::uint64_t sequence, const CameraSettings& settings) {
   return image;
 }
 
-MemoryCamera::MemoryCamera(std::shared_ptr<const SteadyClock> clock) : clock_(std::move(clock)) {
-  if (!clock_) throw std::invalid_argument("MemoryCamera: needs a clock");
-}
-
-MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due)
-    : clock_(clock), manual_(std::move(clock)), when_not_due_(when_not_due) {
+MemoryCamera::MemoryCamera(std::shared_ptr<ManualClock> clock) : clock_(std::move(clock)) {
   if (!clock_) throw std::invalid_argument("MemoryCamera: needs a clock");
 }
 
@@ -87,26 +79,9 @@ std::uint64_t MemoryCamera::exposed() const {
   return count;
 }
 
-Status MemoryCamera::wait_for_next(std::chrono::milliseconds timeout) {
+Result<Frame> MemoryCamera::do_grab(std::chrono::milliseconds /*timeout*/) {
   const auto wait = since_start(next_) - (clock_->now() - started_);
-  if (wait.count() <= 0) return {};
-  const Error not_yet{ErrorCode::kTimeout, fmt::format("exposure {} is not due within {} ms", next_, timeout.count())};
-  if (manual_) {
-    if (when_not_due_ == WhenNotDue::kTimeOut) return not_yet;
-    manual_->advance(wait);
-    return {};
-  }
-  // The comparison is in milliseconds, because the largest timeout does not fit into nanoseconds.
-  if (std::chrono::ceil<std::chrono::milliseconds>(wait) > timeout) {
-    std::this_thread::sleep_for(timeout);
-    return not_yet;
-  }
-  std::this_thread::sleep_for(wait);
-  return {};
-}
-
-Result<Frame> MemoryCamera::do_grab(std::chrono::milliseconds timeout) {
-  if (auto due = wait_for_next(timeout); !due) return due.error();
+  if (wait.count() > 0) clock_->advance(wait);
   const std::uint64_t newest = exposed() - 1;
   const Frame::Header header{newest, {started_.clock, started_.since_zero + since_start(newest)}, newest - next_};
   next_ = newest + 1;

@@ -19,14 +19,8 @@ inline constexpr int kMarkPlaces = 60;
 /// A colour wheel: the hue is the azimuth atan2(row - centre, column - centre) about the image's centre, at full
 /// saturation. One ray is white, the mark. Its azimuth is 2 pi (sequence mod kMarkPlaces) / kMarkPlaces, like the hand
 /// of a watch, so that an image shows the number of its exposure. With 48 rows or more, all places are distinguishable
-/// (memory_camera_test.cpp, MarkIdentifiesTheSequence). The format is kRgb8.
+/// (memory_test.cpp, MarkIdentifiesTheSequence). The format is kRgb8.
 Image test_pattern(std::uint64_t sequence, const CameraSettings& settings);
-
-/// The behaviour of a grab with a ManualClock if no new exposure is due.
-enum class WhenNotDue {
-  kAdvance,  ///< advances the clock to the next exposure and returns it: cameras grabbed in turn run in lock-step
-  kTimeOut,  ///< returns kTimeout at once: the test that owns the clock decides when exposures happen
-};
 
 /// Limits that MemoryCamera::configure applies. With these rates, the times of exposures are exact in whole nanoseconds
 /// for years.
@@ -36,15 +30,12 @@ inline constexpr double kFastest_hz = 1000;
 
 /// A camera without a device, which shows the test pattern. Exposure k happens k / rate_hz after start() on the given
 /// clock, exposure 0 at once. A new start() begins again with 0. A grab returns the newest exposure and the number of
-/// lost ones before it.
+/// lost ones before it. If no new exposure is due, it advances the clock to the next one: cameras on one clock that are
+/// grabbed in turn run in lock-step. No call ever waits, so timeouts are always kept.
 class MemoryCamera final : public Camera {
  public:
-  /// A camera in real time: a grab sleeps until an exposure is due, at most for its timeout.
-  explicit MemoryCamera(std::shared_ptr<const SteadyClock> clock);
-
-  /// A camera in the time of a clock that several devices may share. No call ever waits, so timeouts are always kept.
-  MemoryCamera(std::shared_ptr<ManualClock> clock, WhenNotDue when_not_due);
-
+  /// @param clock may be shared with other devices @throws std::invalid_argument for a missing clock
+  explicit MemoryCamera(std::shared_ptr<ManualClock> clock);
   ~MemoryCamera() override { stop(); }
 
  private:
@@ -56,11 +47,8 @@ class MemoryCamera final : public Camera {
   [[nodiscard]] std::chrono::nanoseconds since_start(std::uint64_t sequence) const;
   /// The number of exposures so far in this stream.
   [[nodiscard]] std::uint64_t exposed() const;
-  Status wait_for_next(std::chrono::milliseconds timeout);
 
-  std::shared_ptr<const Clock> clock_;
-  std::shared_ptr<ManualClock> manual_;  ///< the same clock, if it can be advanced
-  WhenNotDue when_not_due_ = WhenNotDue::kTimeOut;
+  std::shared_ptr<ManualClock> clock_;
   CameraSettings settings_;
   Timestamp started_;
   std::uint64_t next_ = 0;  ///< the first exposure that is neither returned nor lost

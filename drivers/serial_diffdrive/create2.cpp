@@ -219,10 +219,6 @@ std::optional<Create2Sensors> Create2Stream::push(std::uint8_t byte) {
     return std::nullopt;
   }
   waiting_.push_back(byte);
-  return take_front();
-}
-
-std::optional<Create2Sensors> Create2Stream::take_front() {
   while (waiting_.size() >= 2) {
     if (waiting_[1] == kBodyBytes) {
       if (waiting_.size() < kFrameBytes) return std::nullopt;

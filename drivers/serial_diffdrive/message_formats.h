@@ -59,8 +59,6 @@ class Create2Stream {
   [[nodiscard]] std::uint64_t rubbish() const { return rubbish_; }
 
  private:
-  std::optional<Create2Sensors> take_front();
-
   std::vector<std::uint8_t> waiting_;  // begins with a header, or is empty
   std::uint64_t rubbish_ = 0;
 };

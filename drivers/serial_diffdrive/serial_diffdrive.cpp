@@ -85,8 +85,6 @@ class SerialDiffDrive final : public DiffDrive {
     facts_.counts_per_turn = settings.counts_per_turn.value_or(protocol_->fixed_counts_per_turn().value_or(0));
     least_speed_radps_ = least_speed_radps(settings);
     if (!machine_.connect) machine_.connect = [path = settings.port, baud] { return open_port(path, baud); };
-    if (!machine_.post) machine_.post = start_watchdog_process;
-    if (!machine_.now) machine_.now = std::chrono::steady_clock::now;
   }
   ~SerialDiffDrive() override {
     static_cast<void>(stop());

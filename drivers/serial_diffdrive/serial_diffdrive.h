@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -51,12 +52,11 @@ double least_speed_radps(const SerialDriveSettings& settings);
 struct Machine {
   /// Opens a transport, at the start and whenever the last one was lost; empty: opens the serial port.
   std::function<Result<Connection>()> connect{};
-  /// Starts a watchdog on Connection::descriptor; empty: start_watchdog_process().
+  /// Starts a watchdog on Connection::descriptor.
   std::function<Result<std::unique_ptr<Watchdog>>(int descriptor, std::vector<std::uint8_t> stop_bytes,
                                                   std::chrono::nanoseconds timeout)>
-      post{};
-  /// Empty: the steady clock.
-  std::function<Deadline()> now{};
+      post = start_watchdog_process;
+  std::function<Deadline()> now = std::chrono::steady_clock::now;
 };
 
 /// Opens a drive over a serial port: opens the port, finds the controller, sets its time-out and starts the watchdog.

@@ -63,6 +63,32 @@ std::string stable_path_of(const std::string& path, Kernel& kernel) {
   return "";
 }
 
+struct Listed {
+  std::string card;
+  DeviceInfo info;
+};
+
+std::vector<Listed> listed(const std::shared_ptr<Kernel>& kernel) {
+  std::vector<std::string> paths;
+  for (const std::string& path : kernel->entries("/dev")) {
+    if (is_node(path)) paths.push_back(path);
+  }
+  // The order is by number: video2 before video10.
+  std::ranges::sort(paths, {}, [](const std::string& path) { return std::pair(path.size(), path); });
+  std::vector<Listed> cameras;
+  for (const std::string& path : paths) {
+    const auto opened = Device::open(path, kernel);
+    if (!opened) continue;
+    const Device& device = **opened;
+    const std::string stable_path = stable_path_of(path, *kernel);
+    cameras.push_back({device.card(),
+                       {.name = stable_path.empty() ? path : stable_path,
+                        .what = fmt::format("{} ({}, {})", device.card(), path, device.bus()),
+                        .details = device.modes()}});
+  }
+  return cameras;
+}
+
 }  // namespace
 
 bool is_gone(int code) { return code == ENODEV || code == ENXIO || code == ESHUTDOWN; }
@@ -287,19 +313,9 @@ std::string Device::input_trouble() const {
   return "";
 }
 
-std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel) {
-  std::vector<std::string> paths;
-  for (const std::string& path : kernel->entries("/dev")) {
-    if (is_node(path)) paths.push_back(path);
-  }
-  // The order is by number: video2 before video10.
-  std::ranges::sort(paths, {}, [](const std::string& path) { return std::pair(path.size(), path); });
-  std::vector<CameraInfo> cameras;
-  for (const std::string& path : paths) {
-    const auto device = Device::open(path, kernel);
-    if (!device) continue;
-    cameras.push_back({path, stable_path_of(path, *kernel), (*device)->card(), (*device)->bus(), (*device)->modes()});
-  }
+std::vector<DeviceInfo> list_cameras(const std::shared_ptr<Kernel>& kernel) {
+  std::vector<DeviceInfo> cameras;
+  for (Listed& camera : listed(kernel)) cameras.push_back(std::move(camera.info));
   return cameras;
 }
 
@@ -312,8 +328,8 @@ Result<std::string> find_device(const std::string& name, const std::shared_ptr<K
   if (name.starts_with('/')) return name;
   std::vector<std::string> found;
   std::vector<std::string> cards;
-  for (const CameraInfo& camera : list_cameras(kernel)) {
-    if (camera.card == name) found.push_back(camera.name());
+  for (const Listed& camera : listed(kernel)) {
+    if (camera.card == name) found.push_back(camera.info.name);
     cards.push_back(fmt::format("'{}'", camera.card));
   }
   if (found.size() == 1) return found.front();

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/v4l2_camera/kernel.h"
-
 #include <fcntl.h>
 #include <linux/videodev2.h>
 #include <sys/ioctl.h>
@@ -14,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "base/log.h"
+#include "drivers/v4l2_camera/device.h"
 
 namespace twocone::v4l2 {
 namespace {

@@ -7,7 +7,7 @@ namespace twocone::v4l2 {
 std::string_view why_not() { return "it was built without linux/videodev2.h (Debian: linux-libc-dev)"; }
 
 std::shared_ptr<Kernel> real_kernel() { return nullptr; }
-std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& /*kernel*/) { return {}; }
+std::vector<DeviceInfo> list_cameras(const std::shared_ptr<Kernel>& /*kernel*/) { return {}; }
 std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& /*kernel*/) { return device; }
 // NOLINTNEXTLINE(performance-unnecessary-value-param): the real driver keeps the kernel
 Result<std::unique_ptr<Camera>> open_camera(const V4l2Settings& /*settings*/, std::shared_ptr<Kernel> /*kernel*/) {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/v4l2_camera/kernel.h"
 #include "hal/camera.h"
+#include "hal/device_info.h"
 
 /// Cameras of the kernel's Video4Linux2 interface, streamed through memory that device and program share.
 namespace twocone::v4l2 {
@@ -25,18 +25,15 @@ using V4l2Settings = CameraDevice;
 /// @throws std::invalid_argument naming every bad field
 inline void check(const V4l2Settings& settings) { twocone::check(settings, "V4l2Settings"); }
 
-/// A camera of this machine, as `twocone devices` lists it.
-struct CameraInfo {
-  std::string path;         ///< /dev/video0; may change when the camera is plugged in again
-  std::string stable_path;  ///< /dev/v4l/by-id/... or by-path/...; empty: it has none
-  std::string card;
-  std::string bus;
-  std::vector<std::string> modes;  ///< "YUYV 640x480 at 30, 15 Hz"; also formats that the driver does not support
+/// The system calls of the driver (device.h).
+class Kernel;
+std::shared_ptr<Kernel> real_kernel();
 
-  /// The name for a robot file.
-  [[nodiscard]] const std::string& name() const { return stable_path.empty() ? path : stable_path; }
-};
-std::vector<CameraInfo> list_cameras(const std::shared_ptr<Kernel>& kernel = real_kernel());
+/// Lists the cameras in the order of their numbers: `name` is a link that remains the same when the camera is plugged
+/// in again (/dev/v4l/by-id/... or by-path/...), or else its path; `what` is the card's name, the path and the bus;
+/// `details` are the modes, such as "YUYV 640x480 at 30, 15 Hz", also those of formats that the driver does not
+/// support.
+std::vector<DeviceInfo> list_cameras(const std::shared_ptr<Kernel>& kernel = real_kernel());
 
 /// The path, with all links resolved, of the device that V4l2Settings::name names; `device` itself if there is none.
 std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& kernel = real_kernel());

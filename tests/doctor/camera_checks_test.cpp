@@ -121,8 +121,7 @@ TEST(DoctorCamera, ABadCableIsReported) {
   testing_support::CameraFaults faults;
   faults.bad_data_chance = 0.04;
   faults.lost_chance = 0.04;
-  testing_support::FaultyCamera camera(std::make_unique<memory::MemoryCamera>(fake.clock, memory::WhenNotDue::kAdvance),
-                                       faults, 42);
+  testing_support::FaultyCamera camera(std::make_unique<memory::MemoryCamera>(fake.clock), faults, 42);
   Report report;
   check_camera(lower(), camera, 20, fake.surroundings(), report);
   EXPECT_NE(row_of(report, "lower", "lost frames").verdict, Verdict::kOk);

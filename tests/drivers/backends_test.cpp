@@ -8,12 +8,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
+
 namespace twocone::drivers {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr CameraSettings kSmall{64, 48, 20};
 // The limit for a POV-Ray image of that size on a busy machine. Only a test that fails waits this long.
@@ -91,13 +95,9 @@ TEST(Backends, APartOpensAlone) {
   EXPECT_TRUE(open_camera("cameras.lower", memory.lower));
   EXPECT_TRUE(open_drive(memory.drive));
   const RobotSettings simulated = all_parts("sim_povray");
-  const auto camera = open_camera("cameras.upper", simulated.upper);
-  ASSERT_FALSE(camera);
-  EXPECT_EQ(camera.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(camera.error().message, HasSubstr("cameras.upper: a part of a simulated robot"));
-  const auto drive = open_drive(simulated.drive);
-  ASSERT_FALSE(drive);
-  EXPECT_EQ(drive.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(open_camera("cameras.upper", simulated.upper),
+              FailsWith(ErrorCode::kRefused, HasSubstr("cameras.upper: a part of a simulated robot")));
+  EXPECT_THAT(open_drive(simulated.drive), FailsWith(ErrorCode::kRefused));
   CameraPart nameless = memory.lower;
   nameless.driver = "v4l2_camera";
   nameless.device.name.clear();
@@ -178,17 +178,12 @@ TEST(OpenRobot, EveryBadSettingIsNamedByItsPart) {
   settings.drive.limits.max_speed_radps = -1;
   settings.max_skew = -1ns;
   settings.world.reset();
-  try {
-    (void)open_robot(settings);
-    FAIL() << "nothing was thrown";
-  } catch (const std::invalid_argument& complaint) {
-    EXPECT_THAT(complaint.what(),
-                AllOf(HasSubstr("cameras.lower: CameraSettings: width_px is 0"),
-                      HasSubstr("cameras.upper: ViewSettings: antialias is 10, must be 1 to 9"),
-                      HasSubstr("rate_hz is 20 Hz for lower and 30 Hz for upper"),
-                      HasSubstr("drive: DriveLimits: max_speed_radps is -1 rad/s"), HasSubstr("max_skew is -1 ns"),
-                      HasSubstr("world: is missing, sim_povray needs one")));
-  }
+  EXPECT_THAT(testing_support::error_of<std::invalid_argument>([&] { (void)open_robot(settings); }),
+              AllOf(HasSubstr("cameras.lower: CameraSettings: width_px is 0"),
+                    HasSubstr("cameras.upper: ViewSettings: antialias is 10, must be 1 to 9"),
+                    HasSubstr("rate_hz is 20 Hz for lower and 30 Hz for upper"),
+                    HasSubstr("drive: DriveLimits: max_speed_radps is -1 rad/s"), HasSubstr("max_skew is -1 ns"),
+                    HasSubstr("world: is missing, sim_povray needs one")));
   settings = all_parts("memory");
   settings.world.reset();
   EXPECT_NO_THROW(check(settings)) << "only a simulation needs a world";

@@ -15,13 +15,6 @@
 /// instantiate the suites, as memory_conformance_test.cpp does; camera_conformance_test.cpp holds the tests.
 namespace twocone::test {
 
-/// The event that makes a camera's next frame available.
-enum class FramesCome {
-  kByWaiting,   ///< real time: a grab waits until the frame is due
-  kByGrabbing,  ///< lock-step: a grab advances the camera's time to the next frame
-  kByPassing,   ///< only when the test lets time pass
-};
-
 struct OpenedCamera {
   std::unique_ptr<Camera> camera;
   /// Lets this time pass on the camera's clock, without a grab; empty if only a grab can.
@@ -29,8 +22,7 @@ struct OpenedCamera {
 };
 
 struct CameraCase {
-  std::string name;  ///< only letters and digits
-  FramesCome frames_come = FramesCome::kByWaiting;
+  std::string name;                     ///< only letters and digits
   CameraSettings settings{64, 48, 15};  ///< small and fast settings that the backend can apply, at least nearly
   /// Capture times may differ from a whole number of periods by this: 0 for computed times, jitter for measured ones.
   std::chrono::nanoseconds jitter{0};
@@ -50,7 +42,7 @@ class CameraConformance : public testing::TestWithParam<CameraCase> {
   void start(const CameraSettings& settings);
   void start() { start(GetParam().settings); }
 
-  /// Gets the next frame in the way that FramesCome requires.
+  /// Gets the next frame: in real time a grab waits until it is due, in lock-step it advances the camera's time.
   Result<Frame> next();
 
   Camera& camera() { return *opened_.camera; }
@@ -62,7 +54,7 @@ class CameraConformance : public testing::TestWithParam<CameraCase> {
 /// The suite for backends whose frames are lost if they are not grabbed: `pass` must be given.
 class CameraThatDoesNotWait : public CameraConformance {};
 
-/// The suite for backends with kByGrabbing.
+/// The suite for backends in lock-step: a grab advances the camera's time to the next frame.
 class CameraInLockStep : public CameraConformance {};
 
 }  // namespace twocone::test

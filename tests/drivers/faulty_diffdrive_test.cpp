@@ -11,6 +11,9 @@
 
 #include "drivers/memory/memory.h"
 
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
+
 namespace twocone::testing_support {
 namespace {
 
@@ -42,13 +45,9 @@ TEST_F(FaultyDiffDriveTest, EveryBadFieldIsNamed) {
   faults.command_lost_chance = 2;
   faults.misread_chance = std::numeric_limits<double>::quiet_NaN();
   faults.misread_rad = -1;
-  try {
-    check(faults);
-    FAIL() << "nothing was thrown";
-  } catch (const std::invalid_argument& complaint) {
-    EXPECT_THAT(complaint.what(), AllOf(HasSubstr("command_lost_chance is 2"), HasSubstr("misread_chance is nan"),
-                                        HasSubstr("misread_rad is -1 rad")));
-  }
+  EXPECT_THAT(error_of<std::invalid_argument>([&] { check(faults); }),
+              AllOf(HasSubstr("command_lost_chance is 2"), HasSubstr("misread_chance is nan"),
+                    HasSubstr("misread_rad is -1 rad")));
   EXPECT_THROW(open(faults), std::invalid_argument);
   EXPECT_THROW(FaultyDiffDrive(nullptr, {}, kDriveSeed), std::invalid_argument);
 }
@@ -63,9 +62,7 @@ TEST_F(FaultyDiffDriveTest, ALostCommandNeverReachesTheWheels) {
   DriveFaults faults;
   faults.command_lost_chance = 1;
   open(faults);
-  const auto applied = drive_->set_speeds({1, 1});
-  ASSERT_FALSE(applied);
-  EXPECT_EQ(applied.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(drive_->set_speeds({1, 1}), FailsWith(ErrorCode::kTimeout));
   EXPECT_EQ(drive_->stop().error().code, ErrorCode::kTimeout);
   EXPECT_TRUE(wheels_->commands().empty());
 }
@@ -75,9 +72,7 @@ TEST_F(FaultyDiffDriveTest, ALostReplyDoesNotStopTheCommand) {
   DriveFaults faults;
   faults.reply_lost_chance = 1;
   open(faults);
-  const auto applied = drive_->set_speeds({1, 2});
-  ASSERT_FALSE(applied);
-  EXPECT_EQ(applied.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(drive_->set_speeds({1, 2}), FailsWith(ErrorCode::kTimeout));
   EXPECT_EQ(wheels_->speeds(), (WheelSpeeds{1, 2}));
   EXPECT_EQ(drive_->stop().error().code, ErrorCode::kTimeout);
   EXPECT_EQ(wheels_->speeds(), WheelSpeeds{});
@@ -126,9 +121,7 @@ TEST_F(FaultyDiffDriveTest, WhenTheCableComesOffTheWheelsStopByThemselves) {
   }
   const auto cut = wheels_->commands().size();
   for (int i = 0; i < 6; ++i) {
-    const auto applied = drive_->set_speeds({5, 5});
-    ASSERT_FALSE(applied) << "call " << i << " after";
-    EXPECT_EQ(applied.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(drive_->set_speeds({5, 5}), FailsWith(ErrorCode::kDisconnected)) << "call " << i << " after";
     EXPECT_EQ(drive_->read_angles().error().code, ErrorCode::kDisconnected);
     EXPECT_EQ(drive_->stop().error().code, ErrorCode::kDisconnected);
     clock_->advance(50ms);

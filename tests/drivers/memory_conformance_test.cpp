@@ -6,6 +6,7 @@
 #include "tests/drivers/diff_drive_conformance.h"
 #include "tests/support/faulty_camera.h"
 #include "tests/support/faulty_diffdrive.h"
+#include "tests/support/real_time_camera.h"
 
 namespace twocone::test {
 namespace {
@@ -13,19 +14,18 @@ namespace {
 using namespace std::chrono_literals;
 using memory::MemoryCamera;
 using memory::MemoryDiffDrive;
-using memory::WhenNotDue;
 using std::chrono::nanoseconds;
 using testing_support::FaultyCamera;
 using testing_support::FaultyDiffDrive;
+using testing_support::RealTimeCamera;
 
-OpenedCamera open_on_manual_clock(WhenNotDue when_not_due) {
+OpenedCamera open_memory_camera() {
   auto clock = std::make_shared<ManualClock>();
-  return {std::make_unique<MemoryCamera>(clock, when_not_due), [clock](nanoseconds time) { clock->advance(time); }};
+  return {std::make_unique<MemoryCamera>(clock), [clock](nanoseconds time) { clock->advance(time); }};
 }
 
-OpenedCamera open_on_steady_clock() {
-  return {std::make_unique<MemoryCamera>(std::make_shared<SteadyClock>()),
-          [](nanoseconds time) { std::this_thread::sleep_for(time); }};
+OpenedCamera open_real_time_camera() {
+  return {std::make_unique<RealTimeCamera>(), [](nanoseconds time) { std::this_thread::sleep_for(time); }};
 }
 
 /// A cable without a fault must behave like no cable.
@@ -34,25 +34,16 @@ OpenedCamera behind_a_cable(OpenedCamera opened) {
 }
 
 // The periods of these rates are not whole nanoseconds, so a sum of rounded periods is detected.
-const CameraCase kLockStep{"MemoryLockStep", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, [] {
-                             return open_on_manual_clock(WhenNotDue::kAdvance);
-                           }};
-const CameraCase kPassing{"MemoryManualClock", FramesCome::kByPassing, {64, 48, 15}, 0ns, [] {
-                            return open_on_manual_clock(WhenNotDue::kTimeOut);
-                          }};
-const CameraCase kSteady{"MemorySteadyClock", FramesCome::kByWaiting, {64, 48, 60}, 0ns, open_on_steady_clock};
-const CameraCase kCableLockStep{"FaultlessCableLockStep", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, [] {
-                                  return behind_a_cable(open_on_manual_clock(WhenNotDue::kAdvance));
-                                }};
-const CameraCase kCableSteady{"FaultlessCableSteadyClock", FramesCome::kByWaiting, {64, 48, 60}, 0ns, [] {
-                                return behind_a_cable(open_on_steady_clock());
-                              }};
+const CameraCase kMemoryCamera{"Memory", {64, 48, 15}, 0ns, open_memory_camera};
+const CameraCase kMemoryCable{"FaultlessCable", {64, 48, 15}, 0ns, [] { return behind_a_cable(open_memory_camera()); }};
+const CameraCase kRealTimeCamera{"RealTime", {64, 48, 60}, 0ns, open_real_time_camera};
+const CameraCase kRealTimeCable{
+    "FaultlessCableInRealTime", {64, 48, 60}, 0ns, [] { return behind_a_cable(open_real_time_camera()); }};
+const auto kMemoryCameras = testing::Values(kMemoryCamera, kMemoryCable, kRealTimeCamera, kRealTimeCable);
 
-INSTANTIATE_TEST_SUITE_P(Memory, CameraConformance,
-                         testing::Values(kLockStep, kPassing, kSteady, kCableLockStep, kCableSteady), camera_case_name);
-INSTANTIATE_TEST_SUITE_P(Memory, CameraThatDoesNotWait,
-                         testing::Values(kLockStep, kPassing, kSteady, kCableLockStep, kCableSteady), camera_case_name);
-INSTANTIATE_TEST_SUITE_P(Memory, CameraInLockStep, testing::Values(kLockStep, kCableLockStep), camera_case_name);
+INSTANTIATE_TEST_SUITE_P(Memory, CameraConformance, kMemoryCameras, camera_case_name);
+INSTANTIATE_TEST_SUITE_P(Memory, CameraThatDoesNotWait, kMemoryCameras, camera_case_name);
+INSTANTIATE_TEST_SUITE_P(Memory, CameraInLockStep, testing::Values(kMemoryCamera, kMemoryCable), camera_case_name);
 
 OpenedDrive open_drive(std::shared_ptr<const Clock> clock, std::function<void(nanoseconds)> pass,
                        const DriveLimits& limits) {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/v4l2_camera/kernel.h"
+#include "drivers/v4l2_camera/device.h"
 
 /// An emulated kernel for tests: video devices in memory that follow a script, and count their open files and mappings.
 namespace twocone::test {

@@ -18,6 +18,9 @@
 #include <numbers>
 
 #include "tests/emulator/plug.h"
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
+#include "tests/support/value.h"
 
 namespace twocone::serial {
 namespace {
@@ -25,7 +28,10 @@ namespace {
 using namespace std::chrono_literals;
 using emulator::Plug;
 using std::numbers::pi;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing_support::FailsWith;
+using testing_support::value;
 
 constexpr double kCountsPerTurn = 508.8;
 constexpr auto kTimeout = 300ms;
@@ -102,9 +108,7 @@ void expect_stop_by_timeout(
 class SerialDrive : public testing::TestWithParam<const char*> {
  protected:
   std::unique_ptr<DiffDrive> open() {
-    auto drive = open_drive(plug_.settings(kCountsPerTurn), kLimits, plug_.machine());
-    EXPECT_TRUE(drive) << drive.error().message;
-    return drive ? *std::move(drive) : nullptr;
+    return value(open_drive(plug_.settings(kCountsPerTurn), kLimits, plug_.machine()));
   }
   /// Returns whether the wheels soon turn, or soon stop. It waits because Create 2 does not answer commands.
   bool comes_to(bool turn) {
@@ -166,7 +170,6 @@ int keep_driving(DiffDrive& drive, const WheelSpeeds& speeds, std::chrono::milli
 
 TEST_P(SerialDrive, TurnsTheWheelsAndReportsIt) {
   const auto drive = open();
-  ASSERT_TRUE(drive);
   Driven driven;
   double left_off = INFINITY, right_off = INFINITY;
   // The first command takes a few milliseconds to arrive, and counts are whole numbers.
@@ -190,7 +193,6 @@ TEST_P(SerialDrive, CountersThatWrapAreNoJump) {
   const double near = GetParam() == std::string("create2") ? 65535 - 20 : 2147483647.0 - 20;
   plug_.server().with([&](emulator::Firmware& firmware) { firmware.wheels.set_counts(near, -near); });
   const auto drive = open();
-  ASSERT_TRUE(drive);
   EXPECT_EQ(keep_driving(*drive, {4, -4}, 400ms), 0);
   const auto after = read(*drive);
   ASSERT_TRUE(after);
@@ -203,17 +205,11 @@ TEST_P(SerialDrive, CountersThatWrapAreNoJump) {
 TEST_P(SerialDrive, AResetOfTheBoardIsReportedOnceAndIsNoJump) {
   plug_.server().with([](emulator::Firmware& firmware) { firmware.wheels.set_counts(25000, 25000); });
   const auto drive = open();
-  ASSERT_TRUE(drive);
   EXPECT_EQ(keep_driving(*drive, {2, 2}, 200ms), 0);
   const auto before = read(*drive);
   ASSERT_TRUE(before);
   plug_.server().with([](emulator::Firmware& firmware) { firmware.reset(); });
-  const auto end = std::chrono::steady_clock::now() + 3s;
-  Result<WheelAngles> after = drive->read_angles();
-  while (!after && std::chrono::steady_clock::now() < end) {
-    std::this_thread::sleep_for(20ms);
-    after = drive->read_angles();
-  }
+  const auto after = read(*drive);
   ASSERT_TRUE(after) << after.error().message;
   EXPECT_NEAR(after->left_rad, before->left_rad, 0.2);
   EXPECT_TRUE(can_be_driven(*drive));
@@ -221,15 +217,12 @@ TEST_P(SerialDrive, AResetOfTheBoardIsReportedOnceAndIsNoJump) {
 
 TEST_P(SerialDrive, ComesBackAfterAnUnplugWithoutAJump) {
   const auto drive = open();
-  ASSERT_TRUE(drive);
   EXPECT_EQ(keep_driving(*drive, {5, 5}, 200ms), 0);
   const auto before = read(*drive);
   ASSERT_TRUE(before);
   plug_.unplug();
   const auto unplugged = std::chrono::steady_clock::now();
-  const auto gone = drive->set_speeds({5, 5});
-  ASSERT_FALSE(gone);
-  EXPECT_EQ(gone.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(drive->set_speeds({5, 5}), FailsWith(ErrorCode::kDisconnected));
   EXPECT_LT(std::chrono::steady_clock::now() - unplugged, 1s);
   EXPECT_FALSE(drive->read_angles());
   std::this_thread::sleep_for(300ms);
@@ -246,7 +239,6 @@ TEST_P(SerialDrive, ComesBackAfterAnUnplugWithoutAJump) {
 
 TEST_P(SerialDrive, StopsByItselfWhenNoCommandComes) {
   const auto drive = open();
-  ASSERT_TRUE(drive);
   const auto command = [&] {
     EXPECT_TRUE(drive->set_speeds({5, 5}));
     return std::chrono::steady_clock::now();
@@ -267,7 +259,6 @@ TEST_P(SerialDrive, StopsByItselfWhenNoCommandComes) {
 // Catches a program that removes its watchdog's deadline before the wheels are stopped.
 TEST_P(SerialDrive, AStopThatDoesNotArriveIsRepeatedByTheWatchdog) {
   const auto drive = open();
-  ASSERT_TRUE(drive);
   expect_stop_by_timeout(plug_, [&] {
     EXPECT_TRUE(can_be_driven(*drive));
     const auto commanded = std::chrono::steady_clock::now();
@@ -281,7 +272,6 @@ TEST_P(SerialDrive, AStopThatDoesNotArriveIsRepeatedByTheWatchdog) {
 
 TEST_P(SerialDrive, StopsWhenItIsDestroyed) {
   auto drive = open();
-  ASSERT_TRUE(drive);
   ASSERT_TRUE(drive->set_speeds({5, 5}));
   drive.reset();
   EXPECT_TRUE(comes_to(false));
@@ -338,13 +328,11 @@ INSTANTIATE_TEST_SUITE_P(All, SerialDrive, testing::Values("ros_arduino_bridge",
                          [](const auto& tested) { return std::string(tested.param); });
 
 TEST(SerialDriveSettings, NamesEveryBadField) {
-  try {
+  const std::string complaint = testing_support::error_of<std::invalid_argument>([] {
     check(SerialDriveSettings{.port = "", .protocol = "telepathy", .baud = 0, .counts_per_turn = -1, .address = 3});
-    FAIL() << "nothing was thrown";
-  } catch (const std::invalid_argument& complaint) {
-    for (const char* part : {"port", "telepathy", "create2", "baud is 0", "counts_per_turn is -1", "address is 3"}) {
-      EXPECT_THAT(complaint.what(), HasSubstr(part));
-    }
+  });
+  for (const char* part : {"port", "telepathy", "create2", "baud is 0", "counts_per_turn is -1", "address is 3"}) {
+    EXPECT_THAT(complaint, HasSubstr(part));
   }
   SerialDriveSettings without = Plug("roboclaw").settings(kCountsPerTurn);
   without.protocol = "create2";
@@ -361,10 +349,9 @@ TEST(SerialDriveSettings, RefusesADriveWithoutAWatchdogIfTheControllersTimeoutIs
   SerialDriveSettings without = plug.settings(kCountsPerTurn);
   without.watchdog = false;
   EXPECT_THROW((void)open_drive(without, {12, 99ms}, plug.machine()), std::invalid_argument);
-  const auto drive = open_drive(without, {12, 100ms}, plug.machine());
-  ASSERT_TRUE(drive) << drive.error().message;
-  EXPECT_FALSE((*drive)->facts().has_watchdog);
-  EXPECT_EQ((*drive)->facts().own_timeout, 100ms);
+  const auto drive = value(open_drive(without, {12, 100ms}, plug.machine()));
+  EXPECT_FALSE(drive->facts().has_watchdog);
+  EXPECT_EQ(drive->facts().own_timeout, 100ms);
 }
 
 /// A RoboClaw without a watchdog has only its own time-out.
@@ -372,18 +359,17 @@ TEST(WithoutWatchdog, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
   Plug plug("roboclaw");
   SerialDriveSettings without = plug.settings(kCountsPerTurn);
   without.watchdog = false;
-  const auto drive = open_drive(without, kLimits, plug.machine());
-  ASSERT_TRUE(drive) << drive.error().message;
+  const auto drive = value(open_drive(without, kLimits, plug.machine()));
   expect_stop_by_timeout(plug, [&] {
-    EXPECT_TRUE((*drive)->set_speeds({5, 5}));
+    EXPECT_TRUE(drive->set_speeds({5, 5}));
     return std::chrono::steady_clock::now();  // no more commands follow
   });
   // Questions restart the controller's time-out, so here the drive itself must keep the dead-man rule.
   expect_stop_by_timeout(plug, [&] {
-    EXPECT_TRUE((*drive)->set_speeds({5, 5}));
+    EXPECT_TRUE(drive->set_speeds({5, 5}));
     const auto commanded = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() < commanded + kTimeout + kGrace) {
-      EXPECT_TRUE((*drive)->read_angles());
+      EXPECT_TRUE(drive->read_angles());
       std::this_thread::sleep_for(20ms);
     }
     return commanded;
@@ -395,19 +381,15 @@ TEST(WithoutWatchdog, RoboclawStopsByItsOwnTimeoutWhenTheProgramIsHalted) {
 TEST(SerialDriveSpeeds, TooSlowForTheControllerAreRefusedWithTheLeastPossibleOne) {
   Plug plug("ros_arduino_bridge");
   SerialDriveSettings settings = plug.settings(1440);
-  const auto drive = open_drive(settings, kLimits, plug.machine());
-  ASSERT_TRUE(drive) << drive.error().message;
+  const auto drive = value(open_drive(settings, kLimits, plug.machine()));
   const double least = least_speed_radps(settings);
   EXPECT_NEAR(least, 2.5 / 0.033 * 2 * pi / 1440, 1e-9);
-  ASSERT_TRUE((*drive)->set_speeds({least, 0}));
-  const auto refused = (*drive)->set_speeds({0.2, -0.1});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(refused.error().message, HasSubstr("0.2 rad/s"));
-  EXPECT_THAT(refused.error().message, HasSubstr("slower than 0.331 rad/s"));
+  ASSERT_TRUE(drive->set_speeds({least, 0}));
+  EXPECT_THAT(drive->set_speeds({0.2, -0.1}),
+              FailsWith(ErrorCode::kRefused, AllOf(HasSubstr("0.2 rad/s"), HasSubstr("slower than 0.331 rad/s"))));
   plug.server().catch_up();
   EXPECT_FALSE(plug.server().turns());
-  EXPECT_TRUE((*drive)->set_speeds({0.2, -0.4})) << "a slow wheel is allowed if the other one turns";
+  EXPECT_TRUE(drive->set_speeds({0.2, -0.4})) << "a slow wheel is allowed if the other one turns";
   settings.least_speed_radps = 0.5;
   EXPECT_EQ(least_speed_radps(settings), 0.5) << "the measured speed";
   settings.least_speed_radps = 0;
@@ -489,25 +471,23 @@ pid_t watchdog_of_this_program() {
 // Catches a drive that continues without its watchdog, and a watchdog that remains as a zombie.
 TEST(WithWatchdog, AWatchdogThatIsKilledStopsTheDriveAndIsReplaced) {
   Plug plug("create2");
-  const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine_again());
-  ASSERT_TRUE(drive) << drive.error().message;
-  ASSERT_TRUE((*drive)->set_speeds({5, 5}));
+  const auto drive = value(open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine_again()));
+  ASSERT_TRUE(drive->set_speeds({5, 5}));
   const pid_t first = watchdog_of_this_program();
   ASSERT_GT(first, 0);
   for (const int harmless : {SIGHUP, SIGINT, SIGTERM, SIGALRM, SIGPIPE, SIGUSR1, SIGTSTP}) ::kill(first, harmless);
   std::this_thread::sleep_for(50ms);
-  ASSERT_TRUE((*drive)->set_speeds({5, 5})) << "the watchdog ignores these signals";
+  ASSERT_TRUE(drive->set_speeds({5, 5})) << "the watchdog ignores these signals";
   EXPECT_NE(::getsid(first), ::getsid(0));
   ::kill(first, SIGKILL);
   const auto end = std::chrono::steady_clock::now() + 5s;
-  auto refused = (*drive)->set_speeds({5, 5});
-  while (refused && std::chrono::steady_clock::now() < end) refused = (*drive)->set_speeds({5, 5});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  auto refused = drive->set_speeds({5, 5});
+  while (refused && std::chrono::steady_clock::now() < end) refused = drive->set_speeds({5, 5});
+  EXPECT_THAT(refused, FailsWith(ErrorCode::kUnavailable));
   plug.server().catch_up();
   EXPECT_FALSE(plug.server().turns());
   EXPECT_EQ(::kill(first, 0), -1) << "a zombie remains";
-  while (!(*drive)->set_speeds({5, 5}) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(20ms);
+  while (!drive->set_speeds({5, 5}) && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(20ms);
   const pid_t second = watchdog_of_this_program();
   EXPECT_GT(second, 0);
   EXPECT_NE(second, first);
@@ -517,24 +497,23 @@ TEST(WithWatchdog, AWatchdogThatIsKilledStopsTheDriveAndIsReplaced) {
 TEST(WithWatchdog, AHaltedWatchdogIsNoticedInTimeAndReplaced) {
   for (int i = 0; i < kTries; ++i) {
     Plug plug("ros_arduino_bridge");
-    const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine());
-    ASSERT_TRUE(drive) << drive.error().message;
-    ASSERT_TRUE((*drive)->set_speeds({5, 5}));
+    const auto drive = value(open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine()));
+    ASSERT_TRUE(drive->set_speeds({5, 5}));
     const pid_t first = watchdog_of_this_program();
     ASSERT_GT(first, 0);
     const Lateness lateness;
     ::kill(first, SIGSTOP);
     const auto halted = std::chrono::steady_clock::now();
-    const auto refused = (*drive)->set_speeds({5, 5});
+    const auto refused = drive->set_speeds({5, 5});
     const auto noticed = std::chrono::steady_clock::now() - halted;
-    ASSERT_FALSE(refused) << "it drives without a watchdog that could stop it";
-    EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
-    EXPECT_THAT(refused.error().message, HasSubstr("process " + std::to_string(first) + ", did not run"));
-    EXPECT_THAT(refused.error().message, HasSubstr("the wheels were stopped"));
+    EXPECT_THAT(refused, FailsWith(ErrorCode::kUnavailable,
+                                   AllOf(HasSubstr("process " + std::to_string(first) + ", did not run"),
+                                         HasSubstr("the wheels were stopped"))))
+        << "it drives without a watchdog that could stop it";
     plug.server().catch_up();
     EXPECT_FALSE(plug.server().turns());
     EXPECT_EQ(::kill(first, 0), -1) << "it remains halted";
-    EXPECT_TRUE((*drive)->set_speeds({5, 5})) << "another watchdog is running";
+    EXPECT_TRUE(drive->set_speeds({5, 5})) << "another watchdog is running";
     EXPECT_NE(watchdog_of_this_program(), first);
     if (noticed <= kTimeout) return;
     ASSERT_GE(lateness.longest(), kSpoilt) << std::chrono::duration<double>(noticed).count() << " s";
@@ -546,14 +525,13 @@ TEST(WithWatchdog, AHaltedWatchdogIsNoticedInTimeAndReplaced) {
 TEST(WithWatchdog, AnswersToTheWatchdogsStopsAreNotTakenForTheProgramsOwn) {
   for (const char* protocol : {"ros_arduino_bridge", "roboclaw"}) {
     Plug plug(protocol);
-    const auto drive = open_drive(plug.settings(kCountsPerTurn), {12, 100ms}, plug.machine());
-    ASSERT_TRUE(drive) << drive.error().message;
+    const auto drive = value(open_drive(plug.settings(kCountsPerTurn), {12, 100ms}, plug.machine()));
     int failed = 0, all = 0;
     // The interval between commands is about the time-out, sometimes shorter and sometimes longer.
     for (int ms = 94; ms <= 106; ms += 2) {
       const Lateness lateness;
-      const auto set = (*drive)->set_speeds({5, 5});
-      const auto angles = (*drive)->read_angles();
+      const auto set = drive->set_speeds({5, 5});
+      const auto angles = drive->read_angles();
       if (lateness.longest() < kSpoilt) {
         ++all;
         failed += !set || !angles;
@@ -568,8 +546,7 @@ TEST(WithWatchdog, AnswersToTheWatchdogsStopsAreNotTakenForTheProgramsOwn) {
 
 TEST(WithWatchdog, AWatchdogHoldsNothingButItsPortAndItsPipe) {
   Plug plug("create2");
-  const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine());
-  ASSERT_TRUE(drive) << drive.error().message;
+  const auto drive = value(open_drive(plug.settings(kCountsPerTurn), kLimits, plug.machine()));
   int open = 0;
   for (const auto& entry :
        std::filesystem::directory_iterator("/proc/" + std::to_string(watchdog_of_this_program()) + "/fd")) {
@@ -586,16 +563,14 @@ TEST(WithWatchdog, ATransportThatNoWatchdogCanHoldIsRefused) {
     if (connection) connection->descriptor = -1;
     return connection;
   };
-  const auto drive = open_drive(plug.settings(kCountsPerTurn), kLimits, {.connect = connect});
-  ASSERT_FALSE(drive);
-  EXPECT_EQ(drive.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(open_drive(plug.settings(kCountsPerTurn), kLimits, {.connect = connect}),
+              FailsWith(ErrorCode::kUnavailable));
 }
 
 // Catches a drive that does not stop wheels which another program left turning.
 TEST_P(SerialDrive, OpeningStopsWheelsThatTurn) {
   plug_.server().with([](emulator::Firmware& firmware) { firmware.wheels.set(300, 300); });
   const auto drive = open();
-  ASSERT_TRUE(drive);
   plug_.server().catch_up();
   EXPECT_FALSE(plug_.server().turns());
 }

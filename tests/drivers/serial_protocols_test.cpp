@@ -6,6 +6,7 @@
 #include "drivers/serial_diffdrive/message_formats.h"
 #include "drivers/serial_diffdrive/protocol.h"
 #include "tests/emulator/memory_transport.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::serial {
 namespace {
@@ -15,6 +16,7 @@ using emulator::MemoryTransport;
 using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 using Bytes = std::vector<std::uint8_t>;
 
 Deadline soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(3); }
@@ -23,12 +25,14 @@ Bytes text(std::string_view characters) { return {characters.begin(), characters
 
 /// A protocol connected to an emulated controller, after the handshake.
 struct Talk {
-  explicit Talk(std::string_view name)
-      : bench(std::make_shared<Bench>(name)), transport(bench), protocol(make_protocol({.name = std::string(name)})) {
+  explicit Talk(const std::string& name, std::chrono::milliseconds command_timeout = std::chrono::milliseconds(500))
+      : bench(std::make_shared<Bench>(name)),
+        transport(bench),
+        protocol(make_protocol({.name = name, .command_timeout = command_timeout})) {
     const auto greeted = protocol->greet(transport, soon());
     EXPECT_TRUE(greeted) << greeted.error().message;
     if (greeted) version = *greeted;
-    bench->received.clear();
+    greeting = sent();
   }
   Bytes sent() { return std::exchange(bench->received, {}); }
 
@@ -36,6 +40,7 @@ struct Talk {
   MemoryTransport transport;
   std::unique_ptr<Protocol> protocol;
   std::string version;
+  Bytes greeting;  ///< what was sent for the handshake
 };
 
 TEST(RosArduinoBridge, SendsTheBytesOfTheDataSheet) {
@@ -119,26 +124,20 @@ TEST(Roboclaw, SendsTheBytesOfTheDataSheet) {
 }
 
 TEST(Roboclaw, SetsItsTimeoutAndChecksIt) {
-  auto bench = std::make_shared<Bench>("roboclaw");
-  MemoryTransport transport(bench);
-  const auto protocol = make_protocol({.name = "roboclaw", .command_timeout = std::chrono::milliseconds(770)});
-  ASSERT_TRUE(protocol->greet(transport, soon()));
-  EXPECT_EQ(protocol->own_timeout(), std::chrono::milliseconds(700)) << "rounded down: never longer than requested";
+  const Talk talk("roboclaw", std::chrono::milliseconds(770));
+  EXPECT_EQ(talk.protocol->own_timeout(), std::chrono::milliseconds(700))
+      << "rounded down: never longer than requested";
   // The version is read, the time-out is set, and then read again.
-  EXPECT_EQ(bench->received, (Bytes{0x80, 0x15, 0x80, 0x0E, 0x07, 0x68, 0xB2, 0x80, 0x0F}));
+  EXPECT_EQ(talk.greeting, (Bytes{0x80, 0x15, 0x80, 0x0E, 0x07, 0x68, 0xB2, 0x80, 0x0F}));
 }
 
 TEST(Roboclaw, AnUnnoticedResetIsDetectedByItsTimeout) {
-  auto bench = std::make_shared<Bench>("roboclaw");
-  MemoryTransport transport(bench);
-  const auto protocol = make_protocol({.name = "roboclaw", .command_timeout = std::chrono::milliseconds(770)});
-  ASSERT_TRUE(protocol->greet(transport, soon()));
-  bench->firmware->reset();
-  Result<RawCounts> counts = protocol->read_counts(transport);
-  for (int i = 0; i < 20 && counts; ++i) counts = protocol->read_counts(transport);
-  ASSERT_FALSE(counts) << "a unit without a time-out after a reset was not noticed";
-  EXPECT_EQ(counts.error().code, ErrorCode::kDisconnected);
-  EXPECT_THAT(counts.error().message, HasSubstr("700 ms, and it reports 0 ms"));
+  Talk talk("roboclaw", std::chrono::milliseconds(770));
+  talk.bench->firmware->reset();
+  Result<RawCounts> counts = talk.protocol->read_counts(talk.transport);
+  for (int i = 0; i < 20 && counts; ++i) counts = talk.protocol->read_counts(talk.transport);
+  EXPECT_THAT(counts, FailsWith(ErrorCode::kDisconnected, HasSubstr("700 ms, and it reports 0 ms")))
+      << "a unit without a time-out after a reset was not noticed";
 }
 
 TEST(Roboclaw, EveryExchangeOfTheDataSheetHasItsChecksum) {
@@ -280,17 +279,13 @@ TEST(Create2, NoFrameIsLostBehindRubbish) {
 }
 
 TEST(Create2, SendsTheBytesOfTheDataSheet) {
-  auto bench = std::make_shared<Bench>("create2");
-  MemoryTransport transport(bench);
-  const auto protocol = make_protocol({.name = "create2"});
-  ASSERT_TRUE(protocol->greet(transport, soon()));
-  EXPECT_EQ(bench->received, (Bytes{0, 0, 0, 0, 0, 0x80, 0x83, 0x94, 0x04, 0x07, 0x2B, 0x2C, 0x23}));
-  bench->received.clear();
-  const double per_mm = *protocol->fixed_counts_per_turn() / (72 * 3.14159265358979);
-  ASSERT_TRUE(protocol->drive(transport, {200 * per_mm, 200 * per_mm}));
-  ASSERT_TRUE(protocol->drive(transport, {-200 * per_mm, 200 * per_mm}));
-  ASSERT_TRUE(protocol->drive(transport, {}));
-  EXPECT_EQ(bench->received, (Bytes{0x91, 0x00, 0xC8, 0x00, 0xC8, 0x91, 0x00, 0xC8, 0xFF, 0x38, 0x91, 0, 0, 0, 0}));
+  Talk talk("create2");
+  EXPECT_EQ(talk.greeting, (Bytes{0, 0, 0, 0, 0, 0x80, 0x83, 0x94, 0x04, 0x07, 0x2B, 0x2C, 0x23}));
+  const double per_mm = *talk.protocol->fixed_counts_per_turn() / (72 * 3.14159265358979);
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {200 * per_mm, 200 * per_mm}));
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {-200 * per_mm, 200 * per_mm}));
+  ASSERT_TRUE(talk.protocol->drive(talk.transport, {}));
+  EXPECT_EQ(talk.sent(), (Bytes{0x91, 0x00, 0xC8, 0x00, 0xC8, 0x91, 0x00, 0xC8, 0xFF, 0x38, 0x91, 0, 0, 0, 0}));
 }
 
 TEST(Create2, ComesBackWhenItsWheelsAreOnTheFloorAgain) {
@@ -301,10 +296,8 @@ TEST(Create2, ComesBackWhenItsWheelsAreOnTheFloorAgain) {
   ASSERT_TRUE(talk.protocol->read_counts(talk.transport));
   std::this_thread::sleep_for(std::chrono::milliseconds(40));
   ASSERT_TRUE(talk.protocol->read_counts(talk.transport));
-  const auto refused = talk.protocol->drive(talk.transport, {100, 100});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(refused.error().message, HasSubstr("a wheel hangs free"));
+  EXPECT_THAT(talk.protocol->drive(talk.transport, {100, 100}),
+              FailsWith(ErrorCode::kRefused, HasSubstr("a wheel hangs free")));
   EXPECT_FALSE(firmware.wheels.turn());
   firmware.wheel_hangs = false;
   EXPECT_TRUE(talk.protocol->drive(talk.transport, {100, 100}));
@@ -388,19 +381,13 @@ TEST_P(Protocols, GarbageBetweenTheAnswersIsIgnored) {
 TEST_P(Protocols, SilenceAndNonsenseAreDistinguished) {
   Talk talk(GetParam());
   talk.bench->faults.lose_answers = 1'000'000;
-  const auto silence = talk.protocol->read_counts(talk.transport);
-  ASSERT_FALSE(silence);
-  EXPECT_EQ(silence.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(talk.protocol->read_counts(talk.transport), FailsWith(ErrorCode::kTimeout));
   talk.bench->faults = {};
   talk.bench->faults.garble_answers = 1'000'000;
-  const auto nonsense = talk.protocol->read_counts(talk.transport);
-  ASSERT_FALSE(nonsense);
-  EXPECT_EQ(nonsense.error().code, ErrorCode::kBadData) << nonsense.error().message;
+  EXPECT_THAT(talk.protocol->read_counts(talk.transport), FailsWith(ErrorCode::kBadData));
   talk.bench->faults = {};
   talk.bench->faults.unplugged = true;
-  const auto gone = talk.protocol->read_counts(talk.transport);
-  ASSERT_FALSE(gone);
-  EXPECT_EQ(gone.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(talk.protocol->read_counts(talk.transport), FailsWith(ErrorCode::kDisconnected));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Protocols, testing::Values("ros_arduino_bridge", "roboclaw", "create2"),

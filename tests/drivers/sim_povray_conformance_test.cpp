@@ -25,7 +25,7 @@ std::unique_ptr<Simulation> open_world(const DriveLimits& limits) {
 
 OpenedCamera open_camera() { return {value(open_world({})->open_camera({"lower", 1, {}})), nullptr}; }
 
-const CameraCase kCamera{"SimPovray", FramesCome::kByGrabbing, {64, 48, 15}, 0ns, open_camera};
+const CameraCase kCamera{"SimPovray", {64, 48, 15}, 0ns, open_camera};
 
 INSTANTIATE_TEST_SUITE_P(SimPovray, CameraConformance, testing::Values(kCamera), camera_case_name);
 INSTANTIATE_TEST_SUITE_P(SimPovray, CameraInLockStep, testing::Values(kCamera), camera_case_name);

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "tests/drivers/v4l2_fixture.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::test {
 namespace {
@@ -13,6 +14,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 using testing::Pair;
+using testing_support::FailsWith;
 using v4l2::V4l2Settings;
 
 class V4l2CameraTest : public V4l2Test {
@@ -55,8 +57,8 @@ TEST_F(V4l2CameraTest, ANameWithEscapeSequencesIsCleaned) {
   device_.card = "Eye \x1b[2J\x1b]0;x\x07";
   const auto cameras = v4l2::list_cameras(kernel_);
   ASSERT_EQ(cameras.size(), 1U);
-  EXPECT_EQ(cameras.front().card, "Eye ?[2J?]0;x?");
-  EXPECT_TRUE(open({cameras.front().card, "", {}})) << "the listed name must find it";
+  EXPECT_EQ(cameras.front().what, "Eye ?[2J?]0;x? (/dev/video0, scripted:/dev/video0)");
+  EXPECT_TRUE(open({"Eye ?[2J?]0;x?", "", {}})) << "the listed name must find it";
 }
 
 TEST_F(V4l2CameraTest, IsFoundByPathByLinkAndByCard) {
@@ -73,12 +75,10 @@ TEST_F(V4l2CameraTest, IsFoundByPathByLinkAndByCard) {
   }
   camera_.reset();
   other.card = "Left eye";
-  const Error several = error_of(open({"Left eye", "", {}}));
-  EXPECT_EQ(several.code, ErrorCode::kRefused);
-  EXPECT_THAT(several.message, AllOf(HasSubstr("/dev/video0"), HasSubstr("/dev/v4l/by-id/usb-Right-index0")));
-  const Error none = error_of(open({"Third eye", "", {}}));
-  EXPECT_EQ(none.code, ErrorCode::kNotFound);
-  EXPECT_THAT(none.message, HasSubstr("'Left eye'"));
+  EXPECT_THAT(
+      open({"Left eye", "", {}}),
+      FailsWith(ErrorCode::kRefused, AllOf(HasSubstr("/dev/video0"), HasSubstr("/dev/v4l/by-id/usb-Right-index0"))));
+  EXPECT_THAT(open({"Third eye", "", {}}), FailsWith(ErrorCode::kNotFound, HasSubstr("'Left eye'")));
 }
 
 TEST_F(V4l2CameraTest, TheListIsInTheOrderOfNumbersAndOmitsOtherDevices) {
@@ -90,11 +90,11 @@ TEST_F(V4l2CameraTest, TheListIsInTheOrderOfNumbersAndOmitsOtherDevices) {
   kernel_->add({.path = "/dev/vbi0"});
   const auto cameras = v4l2::list_cameras(kernel_);
   ASSERT_EQ(cameras.size(), 3U);
-  EXPECT_EQ(cameras[0].path, "/dev/video0");
-  EXPECT_EQ(cameras[1].path, "/dev/video2");
-  EXPECT_EQ(cameras[2].path, "/dev/video10");
-  EXPECT_EQ(cameras[0].bus, "scripted:/dev/video0");
-  EXPECT_THAT(cameras[0].modes, ElementsAre("YUYV 640x480 at 30, 15 Hz", "H264 (not known to this driver)"));
+  EXPECT_EQ(cameras[0].name, "/dev/video0");
+  EXPECT_EQ(cameras[1].name, "/dev/video2");
+  EXPECT_EQ(cameras[2].name, "/dev/video10");
+  EXPECT_EQ(cameras[0].what, "Scripted (/dev/video0, scripted:/dev/video0)");
+  EXPECT_THAT(cameras[0].details, ElementsAre("YUYV 640x480 at 30, 15 Hz", "H264 (not known to this driver)"));
 }
 
 TEST_F(V4l2CameraTest, AFailedOpenReportsTheReason) {
@@ -108,9 +108,7 @@ TEST_F(V4l2CameraTest, AFailedOpenReportsTheReason) {
         Case{ENXIO, ErrorCode::kNotFound, ""}, Case{EACCES, ErrorCode::kRefused, "group video"},
         Case{EBUSY, ErrorCode::kRefused, "another program"}, Case{ENOMEM, ErrorCode::kUnavailable, ""}}) {
     device_.open_error = c.error;
-    const Error error = error_of(open());
-    EXPECT_EQ(error.code, c.code) << error.message;
-    EXPECT_THAT(error.message, HasSubstr(c.part));
+    EXPECT_THAT(open(), FailsWith(c.code, HasSubstr(c.part)));
   }
   device_.open_error = 0;
   EXPECT_EQ(error_of(open({"/dev/video7", "", {}})).code, ErrorCode::kNotFound);
@@ -121,9 +119,7 @@ TEST_F(V4l2CameraTest, ADeviceThatDoesNotCaptureIsRefused) {
        {V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING, V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_READWRITE,
         V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING}) {
     device_.can = can;
-    const Error error = error_of(open());
-    EXPECT_EQ(error.code, ErrorCode::kRefused);
-    EXPECT_THAT(error.message, HasSubstr("is no camera"));
+    EXPECT_THAT(open(), FailsWith(ErrorCode::kRefused, HasSubstr("is no camera")));
   }
   device_.errors[VIDIOC_QUERYCAP] = {ENOTTY};
   EXPECT_THAT(error_of(open()).message, HasSubstr("is no video device"));
@@ -176,9 +172,8 @@ TEST_F(V4l2CameraTest, EveryFormatArrivesUnchanged) {
 
 TEST_F(V4l2CameraTest, AMissingFormatIsRefusedNamingTheAvailableOnes) {
   device_.formats = {V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_H264};
-  const Error error = error_of(with_format("MJPG"));
-  EXPECT_EQ(error.code, ErrorCode::kRefused);
-  EXPECT_THAT(error.message, AllOf(HasSubstr("no format MJPG"), HasSubstr("YUYV, H264")));
+  EXPECT_THAT(with_format("MJPG"),
+              FailsWith(ErrorCode::kRefused, AllOf(HasSubstr("no format MJPG"), HasSubstr("YUYV, H264"))));
   device_.formats = {V4L2_PIX_FMT_H264};
   EXPECT_THAT(error_of(with_format("")).message, HasSubstr("no format that this driver knows"));
   // The kernel's driver offers a format that it then refuses.
@@ -327,9 +322,7 @@ TEST_F(V4l2CameraTest, ImpossibleControlsAreRefusedNamingThePossibleOnes) {
         Case{"gone", 1, ErrorCode::kDisconnected, "No such device"},
         Case{"Gain", 1, ErrorCode::kRefused, "it has: gain, mode, hue, held, far, gone"},
         Case{"old", 1, ErrorCode::kRefused, "no control old"}}) {
-    const Error error = error_of(with_controls({{c.name, double(c.value)}}));
-    EXPECT_EQ(error.code, c.code) << error.message;
-    EXPECT_THAT(error.message, HasSubstr(c.part));
+    EXPECT_THAT(with_controls({{c.name, double(c.value)}}), FailsWith(c.code, HasSubstr(c.part)));
   }
   EXPECT_THAT(error_of(with_controls({{"x", 1}})).message, AllOf(Not(HasSubstr("label")), Not(HasSubstr("old"))));
 }
@@ -362,9 +355,8 @@ TEST_F(V4l2CameraTest, ACameraThatComesBackWithAnotherSizeDoesNotStart) {
   kernel_->unplug(device_);
   EXPECT_EQ(error_of(camera_->start()).code, ErrorCode::kDisconnected);
   device_.adjust = [](std::uint32_t, std::uint32_t& width, std::uint32_t&) { width = 32; };
-  const Error error = error_of(camera_->start());
-  EXPECT_EQ(error.code, ErrorCode::kRefused);
-  EXPECT_THAT(error.message, HasSubstr("32 x 48 pixels at 20 Hz instead of 64 x 48 at 20"));
+  EXPECT_THAT(camera_->start(),
+              FailsWith(ErrorCode::kRefused, HasSubstr("32 x 48 pixels at 20 Hz instead of 64 x 48 at 20")));
 }
 
 }  // namespace

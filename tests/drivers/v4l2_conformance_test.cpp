@@ -29,17 +29,17 @@ void to_even(std::uint32_t /*format*/, std::uint32_t& width, std::uint32_t& heig
 // The unit of a buffer's time is a microsecond.
 constexpr auto kStampJitter = 1us;
 
-const CameraCase kLent{"V4l2Lent", FramesCome::kByWaiting, {64, 48, 60}, kStampJitter, [] {
+const CameraCase kLent{"V4l2Lent", {64, 48, 60}, kStampJitter, [] {
                          return open_scripted({.formats = {V4L2_PIX_FMT_YUYV}, .adjust = to_even});
                        }};
-const CameraCase kPacked{"V4l2PackedPlanes", FramesCome::kByWaiting, {64, 48, 60}, kStampJitter, [] {
+const CameraCase kPacked{"V4l2PackedPlanes", {64, 48, 60}, kStampJitter, [] {
                            return open_scripted({.can = V4L2_CAP_VIDEO_CAPTURE_MPLANE | V4L2_CAP_STREAMING,
                                                  .formats = {V4L2_PIX_FMT_NV12},
                                                  .adjust = to_even,
                                                  .row_padding = 10});
                          }};
 const CameraCase kFewBuffers{
-    "V4l2FewBuffers", FramesCome::kByWaiting, {64, 48, 60}, kStampJitter, [] {
+    "V4l2FewBuffers", {64, 48, 60}, kStampJitter, [] {
       return open_scripted({.formats = {V4L2_PIX_FMT_RGB24}, .most_buffers = 2, .keeps_mapped_buffers = true});
     }};
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "tests/drivers/v4l2_fixture.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone::test {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::steady_clock;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 // The delay that a machine with other load may add to a wait.
 constexpr auto kSlack = 20s;
@@ -30,9 +32,8 @@ TEST_F(V4l2FaultsTest, ASecondStreamerIsRefused) {
   auto first = v4l2::open_camera({"/dev/video0", "", {}}, kernel_);
   ASSERT_TRUE(first && (*first)->configure({64, 48, 20}) && (*first)->start());
   ASSERT_TRUE(open());
-  const Error error = error_of(camera_->configure({64, 48, 20}));
-  EXPECT_EQ(error.code, ErrorCode::kRefused);
-  EXPECT_THAT(error.message, HasSubstr("another program uses the camera"));
+  EXPECT_THAT(camera_->configure({64, 48, 20}),
+              FailsWith(ErrorCode::kRefused, HasSubstr("another program uses the camera")));
   (*first)->stop();
   start();
   EXPECT_EQ(error_of((*first)->start()).code, ErrorCode::kRefused);
@@ -105,9 +106,7 @@ TEST_F(V4l2FaultsTest, AGoodFrameBeforeADamagedOneIsKept) {
 TEST_F(V4l2FaultsTest, AFrameCutShortIsBadData) {
   start();
   kernel_->expose(device_, {.sequence = 0, .bytes = 2 * 64 * 48 - 1});
-  const Error error = error_of(camera_->grab(kPlenty));
-  EXPECT_EQ(error.code, ErrorCode::kBadData);
-  EXPECT_THAT(error.message, HasSubstr("6143 bytes instead of 6144"));
+  EXPECT_THAT(camera_->grab(kPlenty), FailsWith(ErrorCode::kBadData, HasSubstr("6143 bytes instead of 6144")));
   expect_frame();
   EXPECT_EQ(kernel_->queued(device_), 6U) << "its buffer went back";
 }
@@ -167,9 +166,7 @@ TEST_F(V4l2FaultsTest, SilenceIsATimeoutEvenIfTheCallersIsLonger) {
   start({64, 48, 25});
   expect_frame();
   const auto asked = steady_clock::now();
-  const Error error = error_of(camera_->grab(kPlenty + kSlack));
-  EXPECT_EQ(error.code, ErrorCode::kTimeout);
-  EXPECT_THAT(error.message, HasSubstr("no frame for 500 ms"));
+  EXPECT_THAT(camera_->grab(kPlenty + kSlack), FailsWith(ErrorCode::kTimeout, HasSubstr("no frame for 500 ms")));
   EXPECT_GE(steady_clock::now() - asked, 500ms);
   EXPECT_LT(steady_clock::now() - asked, kSlack);
   expect_frame();
@@ -194,9 +191,7 @@ TEST_F(V4l2FaultsTest, AFaultAtTheInputIsReported) {
        {std::pair{V4L2_IN_ST_NO_SIGNAL, "no signal"}, std::pair{V4L2_IN_ST_NO_SYNC, "no lock"},
         std::pair{V4L2_IN_ST_NO_POWER, "no power"}}) {
     device_.input_status = std::uint32_t(status);
-    const Error error = error_of(camera_->grab(kPlenty));
-    EXPECT_EQ(error.code, ErrorCode::kTimeout);
-    EXPECT_THAT(error.message, HasSubstr(part));
+    EXPECT_THAT(camera_->grab(kPlenty), FailsWith(ErrorCode::kTimeout, HasSubstr(part)));
   }
 }
 
@@ -208,9 +203,7 @@ TEST_F(V4l2FaultsTest, ASourceThatIsCutOffIsATimeoutAlthoughTheDeviceStillSends)
   ASSERT_TRUE(camera_->grab(kPlenty));
   device_.input_status = V4L2_IN_ST_NO_SIGNAL;
   device_.source_changes = 2;
-  const Error error = error_of(camera_->grab(kPlenty));
-  EXPECT_EQ(error.code, ErrorCode::kTimeout);
-  EXPECT_THAT(error.message, HasSubstr("no signal"));
+  EXPECT_THAT(camera_->grab(kPlenty), FailsWith(ErrorCode::kTimeout, HasSubstr("no signal")));
 
   device_.input_status = 0;
   device_.source_changes = 1;

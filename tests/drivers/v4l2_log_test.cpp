@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "base/log.h"
-#include "drivers/v4l2_camera/kernel.h"
+#include "drivers/v4l2_camera/device.h"
 
 namespace twocone::v4l2 {
 namespace {

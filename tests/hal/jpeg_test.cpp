@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // MJPG: each image is a JPEG, as cameras send it or as it arrives over a bad cable.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
@@ -10,6 +11,7 @@
 #include <numbers>
 
 #include "hal/image.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone {
 namespace {
@@ -22,6 +24,8 @@ constexpr int kJpegOff = 12;
 constexpr double kMeanOff = 2.5;
 
 using Jpeg = std::vector<std::uint8_t>;
+using testing::HasSubstr;
+using testing_support::FailsWith;
 
 /// A smooth image with three different channels.
 Image image() {
@@ -149,15 +153,10 @@ TEST(JpegToRgb8, RefusesAnotherSize) {
   const Jpeg jpeg = encoded(TJSAMP_420);
   for (const auto& [width_px, height_px] :
        {std::pair(kWidthPx + 1, kHeightPx), std::pair(kWidthPx, kHeightPx - 1), std::pair(kHeightPx, kWidthPx)}) {
-    const auto rgb = decoded(jpeg, width_px, height_px);
-    ASSERT_FALSE(rgb);
-    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
-    EXPECT_NE(rgb.error().message.find("53 x 37"), std::string::npos) << rgb.error().message;
+    EXPECT_THAT(decoded(jpeg, width_px, height_px), FailsWith(ErrorCode::kBadData, HasSubstr("53 x 37")));
   }
   for (const auto& [width_px, height_px] : {std::pair(0, 0), std::pair(-kWidthPx, -kHeightPx)}) {
-    const auto rgb = decoded(jpeg, width_px, height_px);
-    ASSERT_FALSE(rgb);
-    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
+    EXPECT_THAT(decoded(jpeg, width_px, height_px), FailsWith(ErrorCode::kBadData));
   }
 }
 
@@ -172,10 +171,8 @@ TEST(JpegToRgb8, RefusesADamagedImage) {
   Jpeg no_start = whole;
   no_start[1] = 0;
   for (const Jpeg& bad : {marker, gap, no_start, Jpeg(5000, 0x55), Jpeg{}}) {
-    const auto rgb = decoded(bad);
-    ASSERT_FALSE(rgb) << bad.size() << " bytes of " << whole.size();
-    EXPECT_EQ(rgb.error().code, ErrorCode::kBadData);
-    EXPECT_NE(rgb.error().message.find(std::to_string(bad.size())), std::string::npos) << rgb.error().message;
+    EXPECT_THAT(decoded(bad), FailsWith(ErrorCode::kBadData, HasSubstr(std::to_string(bad.size()))))
+        << bad.size() << " bytes of " << whole.size();
   }
 }
 

@@ -7,15 +7,18 @@
 #include <gtest/gtest.h>
 
 #include "tests/hal/scripted_devices.h"
+#include "tests/support/error_of.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone {
 namespace {
 
 using namespace std::chrono_literals;
-using test::Log;
 using test::ScriptedCamera;
 using test::ScriptedDrive;
 using testing::ElementsAre;
+using testing::StartsWith;
+using testing_support::FailsWith;
 
 class FixedTruth final : public GroundTruth {
  public:
@@ -23,38 +26,29 @@ class FixedTruth final : public GroundTruth {
   [[nodiscard]] std::string contact() const override { return "landmark red"; }
 };
 
-class RobotTest : public testing::Test {
+class RobotTest : public testing::Test, protected test::ScriptedPair {
  protected:
-  StereoRig rig() {
-    return {std::make_unique<ScriptedCamera>("lower", lower_, log_),
-            std::make_unique<ScriptedCamera>("upper", upper_, log_), 0ns};
-  }
-  std::unique_ptr<Robot> robot(std::unique_ptr<GroundTruth> truth = nullptr) {
-    return std::make_unique<Robot>(rig(), std::make_unique<ScriptedDrive>(drive_, log_), std::move(truth));
+  std::unique_ptr<Robot> robot(std::unique_ptr<GroundTruth> truth = nullptr, std::vector<NamedCamera> others = {}) {
+    return std::make_unique<Robot>(make_rig(0ns), std::make_unique<ScriptedDrive>(drive_, log_), std::move(truth),
+                                   std::move(others));
   }
   NamedCamera other(const std::string& name, const std::shared_ptr<ScriptedCamera::Script>& script) {
     return {name, std::make_unique<ScriptedCamera>(name, script, log_), {320, 240, 7.5}};
-  }
-  std::unique_ptr<Robot> robot_with(std::vector<NamedCamera> others) {
-    return std::make_unique<Robot>(rig(), std::make_unique<ScriptedDrive>(drive_, log_), nullptr, std::move(others));
   }
   /// A robot with the cameras `front` and `back` besides its pair.
   std::unique_ptr<Robot> robot_with_two_more() {
     std::vector<NamedCamera> others;
     others.push_back(other("front", front_));
     others.push_back(other("back", back_));
-    return robot_with(std::move(others));
+    return robot(nullptr, std::move(others));
   }
 
-  std::shared_ptr<Log> log_ = std::make_shared<Log>();
-  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
-  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedCamera::Script> front_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedCamera::Script> back_ = std::make_shared<ScriptedCamera::Script>();
   std::shared_ptr<ScriptedDrive::Script> drive_ = std::make_shared<ScriptedDrive::Script>();
 };
 
-TEST_F(RobotTest, NeedsADrive) { EXPECT_THROW(Robot(rig(), nullptr, nullptr), std::invalid_argument); }
+TEST_F(RobotTest, NeedsADrive) { EXPECT_THROW(Robot(make_rig(0ns), nullptr, nullptr), std::invalid_argument); }
 
 TEST_F(RobotTest, OffersTruthOnlyIfItHasOne) {
   EXPECT_EQ(robot()->true_pose(), std::nullopt);
@@ -124,15 +118,9 @@ TEST_F(RobotTest, RefusesOtherCamerasThatAreMissingOrShareANameNamingAll) {
   others.push_back(other("lower", front_));
   others.push_back(other("back", front_));
   others.push_back(other("back", front_));
-  try {
-    robot_with(std::move(others));
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "Robot: camera 0 ('front') is missing; camera 1 has no name; the name 'lower' of camera 2 is taken; the "
-        "name 'back' of camera 4 is taken;");
-  }
+  EXPECT_EQ(testing_support::error_of<std::invalid_argument>([&] { robot(nullptr, std::move(others)); }),
+            "Robot: camera 0 ('front') is missing; camera 1 has no name; the name 'lower' of camera 2 is taken; the "
+            "name 'back' of camera 4 is taken;");
 }
 
 TEST_F(RobotTest, StartsTheOthersAfterThePairAndStopsThemLast) {
@@ -149,10 +137,7 @@ TEST_F(RobotTest, StartsTheOthersAfterThePairAndStopsThemLast) {
 TEST_F(RobotTest, LeavesNoCameraRunningIfOneDoesNotStart) {
   back_->started = Error{ErrorCode::kUnavailable, "no such device"};
   const auto bot = robot_with_two_more();
-  const auto started = bot->start({}, {});
-  ASSERT_FALSE(started);
-  EXPECT_EQ(started.error().code, ErrorCode::kUnavailable);
-  EXPECT_EQ(started.error().message, "back: no such device");
+  EXPECT_THAT(bot->start({}, {}), FailsWith(ErrorCode::kUnavailable, "back: no such device"));
   log_->clear();
   (void)bot->next_frame(0ms);
   EXPECT_THAT(*log_, ElementsAre()) << "a camera was grabbed that should be stopped";
@@ -193,10 +178,7 @@ TEST_F(RobotTest, KeepsThePairUntilTheOthersHaveArrived) {
   ASSERT_TRUE(bot->start({}, {}));
   for (const auto& camera : {lower_, upper_}) camera->grabs = {test::frame_at(3, 50ms), test::frame_at(4, 60ms)};
   front_->grabs = {test::frame_at(13, 50ms)};
-  const auto failed = bot->next_frame(1s);
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().code, ErrorCode::kTimeout);
-  EXPECT_TRUE(failed.error().message.starts_with("back: ")) << failed.error().message;
+  EXPECT_THAT(bot->next_frame(1s), FailsWith(ErrorCode::kTimeout, StartsWith("back: ")));
   EXPECT_TRUE(bot->other_frames().empty()) << "half of the frames of a step were returned";
 
   back_->grabs = {test::frame_at(23, 50ms)};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <deque>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
 #include "hal/robot.h"
+#include "hal/stereo_rig.h"
 
 /// Devices that follow a test's script and record the calls they receive. They are for tests of the code that uses
 /// devices.
@@ -64,6 +66,18 @@ class ScriptedCamera final : public Camera {
   std::string name_;
   std::shared_ptr<Script> script_;
   std::shared_ptr<Log> log_;
+};
+
+/// Two cameras that follow scripts, and the calls that they receive; for a fixture to derive from.
+struct ScriptedPair {
+  [[nodiscard]] StereoRig make_rig(std::chrono::nanoseconds max_skew) const {
+    return {std::make_unique<ScriptedCamera>("lower", lower_, log_),
+            std::make_unique<ScriptedCamera>("upper", upper_, log_), max_skew};
+  }
+
+  std::shared_ptr<Log> log_ = std::make_shared<Log>();
+  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
+  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
 };
 
 class ScriptedDrive final : public DiffDrive {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -9,6 +8,7 @@
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
 #include "tests/hal/scripted_devices.h"
+#include "tests/support/error_of.h"
 
 namespace twocone {
 namespace {
@@ -21,15 +21,7 @@ using testing::Not;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-template <typename Call>
-std::string complaint_of(Call call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& complaint) {
-    return complaint.what();
-  }
-  return "";
-}
+std::string complaint_of(const auto& call) { return testing_support::error_of<std::invalid_argument>(call); }
 
 TEST(CameraSettings, GoodOnesPass) {
   EXPECT_NO_THROW(check(CameraSettings{}));

@@ -2,13 +2,13 @@
 // A pair of real cameras, which run freely, are lost and come back.
 #include <algorithm>
 #include <chrono>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "hal/stereo_rig.h"
 #include "tests/hal/scripted_devices.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone {
 namespace {
@@ -17,14 +17,14 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;
 using test::frame_at;
-using test::Log;
 using test::ScriptedCamera;
 using testing::HasSubstr;
+using testing_support::FailsWith;
 
 constexpr CameraSettings kHardwareSettings{64, 48, 25};
 constexpr auto kPeriod = 40ms;
 
-class HardwareRigTest : public testing::Test {
+class HardwareRigTest : public testing::Test, protected test::ScriptedPair {
  protected:
   void start() { ASSERT_TRUE(rig_.start(kHardwareSettings, kHardwareSettings)); }
   void unplug(ScriptedCamera::Script& camera) {
@@ -35,11 +35,7 @@ class HardwareRigTest : public testing::Test {
     return std::count(log_->begin(), log_->end(), what);
   }
 
-  std::shared_ptr<Log> log_ = std::make_shared<Log>();
-  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
-  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
-  StereoRig rig_{std::make_unique<ScriptedCamera>("lower", lower_, log_),
-                 std::make_unique<ScriptedCamera>("upper", upper_, log_), 20ms};
+  StereoRig rig_ = make_rig(20ms);
 };
 
 TEST_F(HardwareRigTest, ALostCameraIsStartedAgain) {
@@ -53,16 +49,13 @@ TEST_F(HardwareRigTest, ALostCameraIsStartedAgain) {
     other.grabs = {frame_at(0, 0ms)};
     unplug(*camera);
     auto pair = rig_.grab(1s);
-    ASSERT_FALSE(pair);
-    EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
-    EXPECT_THAT(pair.error().message, HasSubstr("unplugged"));
+    ASSERT_THAT(pair, FailsWith(ErrorCode::kDisconnected, HasSubstr("unplugged")));
 
     // While the camera is lost, each call takes and drops one frame of the other camera.
     for (std::uint64_t i = 1; i <= 4; ++i) other.grabs.push_back(frame_at(i, std::int64_t(i) * kPeriod));
     while (!other.grabs.empty()) {
       pair = rig_.grab(1s);
-      ASSERT_FALSE(pair);
-      EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+      EXPECT_THAT(pair, FailsWith(ErrorCode::kDisconnected));
     }
     EXPECT_EQ(rig_.recoveries(), recoveries);
 
@@ -103,9 +96,7 @@ TEST_F(HardwareRigTest, AShortGrabDoesNotWaitForTheNextTry) {
   const auto tries = asked("lower.configure");
   const auto begin = steady_clock::now();
   for (int i = 0; i < 3; ++i) {
-    const auto pair = rig_.grab(0ms);
-    ASSERT_FALSE(pair);
-    EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(rig_.grab(0ms), FailsWith(ErrorCode::kDisconnected));
   }
   if (steady_clock::now() - begin < 200ms) {
     EXPECT_EQ(asked("lower.configure"), tries);
@@ -136,11 +127,9 @@ TEST_F(HardwareRigTest, ACameraThatComesBackWithAnotherSizeIsRefused) {
   ASSERT_FALSE(rig_.grab(1s));
   upper_->configured = {};
   upper_->smaller_by.width_px = 4;
-  const auto pair = rig_.grab(1s);
-  ASSERT_FALSE(pair);
-  EXPECT_EQ(pair.error().code, ErrorCode::kRefused);
-  EXPECT_EQ(pair.error().message,
-            "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has");
+  EXPECT_THAT(rig_.grab(1s),
+              FailsWith(ErrorCode::kRefused,
+                        "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has"));
   EXPECT_EQ(rig_.recoveries(), 0U);
   EXPECT_EQ(asked("upper.start"), 1);
   upper_->smaller_by.width_px = 0;
@@ -164,19 +153,13 @@ TEST_F(HardwareRigTest, AStartAfterALossIsNotARecovery) {
 }
 
 /// The pairs of two cameras that run freely, the upper one `behind` the lower.
-class FreeRunningTest : public testing::TestWithParam<std::chrono::milliseconds> {
- protected:
-  std::shared_ptr<Log> log_ = std::make_shared<Log>();
-  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
-  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
-};
+class FreeRunningTest : public testing::TestWithParam<std::chrono::milliseconds>, protected test::ScriptedPair {};
 
 // Catches a rig that takes the first pair within the limit: with a limit of a period or more, each frame would be
 // paired with the one before its nearest.
 TEST_P(FreeRunningTest, EachFrameIsPairedWithItsNearest) {
   constexpr int kFrames = 20;
-  StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
-                std::make_unique<ScriptedCamera>("upper", upper_, log_), 1s);
+  StereoRig rig = make_rig(1s);
   ASSERT_TRUE(rig.start(kHardwareSettings, kHardwareSettings));
   for (int i = 0; i < kFrames; ++i) {
     lower_->grabs.push_back(frame_at(std::uint64_t(i), i * nanoseconds(kPeriod)));
@@ -197,8 +180,7 @@ INSTANTIATE_TEST_SUITE_P(Behind, FreeRunningTest, testing::Values(0ms, 13ms, 20m
 
 // Catches a rig that waits for the frame that is due by the reported rate: a camera may be slower in the dark.
 TEST_F(HardwareRigTest, CamerasSlowerThanTheirReportedRateArePaired) {
-  StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
-                std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);
+  StereoRig rig = make_rig(100ms);
   ASSERT_TRUE(rig.start(kHardwareSettings, kHardwareSettings));
   lower_->grabs = {frame_at(0, 0ms), Error{ErrorCode::kTimeout, "none yet"}, frame_at(1, 200ms)};
   upper_->grabs = {frame_at(0, 90ms)};
@@ -210,8 +192,7 @@ TEST_F(HardwareRigTest, CamerasSlowerThanTheirReportedRateArePaired) {
 
 // A frame that was grabbed but is not the nearest one belongs to the next pair.
 TEST_F(HardwareRigTest, AFrameThatIsNotNearerIsKeptForTheNextPair) {
-  StereoRig rig(std::make_unique<ScriptedCamera>("lower", lower_, log_),
-                std::make_unique<ScriptedCamera>("upper", upper_, log_), 100ms);
+  StereoRig rig = make_rig(100ms);
   ASSERT_TRUE(rig.start(kHardwareSettings, kHardwareSettings));
   lower_->grabs = {frame_at(0, 0ms), frame_at(1, 200ms)};
   upper_->grabs = {frame_at(0, 90ms), frame_at(1, 210ms)};

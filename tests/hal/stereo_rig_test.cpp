@@ -7,30 +7,27 @@
 #include <gtest/gtest.h>
 
 #include "tests/hal/scripted_devices.h"
+#include "tests/support/fails_with.h"
 
 namespace twocone {
 namespace {
 
 using namespace std::chrono_literals;
 using test::frame_at;
-using test::Log;
 using test::ScriptedCamera;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
+using testing_support::FailsWith;
 
 constexpr auto kMaxSkew = 5ms;
 constexpr CameraSettings kSettings{64, 48, 20};
 
-class StereoRigTest : public testing::Test {
+class StereoRigTest : public testing::Test, protected test::ScriptedPair {
  protected:
   void start() { ASSERT_TRUE(rig_.start(kSettings, kSettings)); }
 
-  std::shared_ptr<Log> log_ = std::make_shared<Log>();
-  std::shared_ptr<ScriptedCamera::Script> lower_ = std::make_shared<ScriptedCamera::Script>();
-  std::shared_ptr<ScriptedCamera::Script> upper_ = std::make_shared<ScriptedCamera::Script>();
-  StereoRig rig_{std::make_unique<ScriptedCamera>("lower", lower_, log_),
-                 std::make_unique<ScriptedCamera>("upper", upper_, log_), kMaxSkew};
+  StereoRig rig_ = make_rig(kMaxSkew);
 };
 
 TEST_F(StereoRigTest, NeedsTwoCamerasAndABound) {
@@ -91,10 +88,7 @@ TEST_F(StereoRigTest, OneNanosecondPastTheBoundIsRefused) {
   start();
   lower_->grabs = {frame_at(0, 10ms)};
   upper_->grabs = {frame_at(0, 15ms + 1ns)};
-  const auto pair = rig_.grab(0ms);
-  ASSERT_FALSE(pair);
-  EXPECT_EQ(pair.error().code, ErrorCode::kTimeout);
-  EXPECT_THAT(pair.error().message, HasSubstr("5.000001 ms apart"));
+  EXPECT_THAT(rig_.grab(0ms), FailsWith(ErrorCode::kTimeout, HasSubstr("5.000001 ms apart")));
   EXPECT_EQ(rig_.unpaired(), 1U);
 }
 
@@ -106,10 +100,7 @@ TEST_F(StereoRigTest, GivesUpInTimeIfNoTwoFramesEverMatch) {
     lower_->grabs.push_back(frame_at(i, i * 50ms));
     upper_->grabs.push_back(frame_at(i, i * 50ms + 25ms));
   }
-  const auto pair = rig_.grab(2ms);
-  ASSERT_FALSE(pair);
-  EXPECT_EQ(pair.error().code, ErrorCode::kTimeout);
-  EXPECT_THAT(pair.error().message, HasSubstr("25 ms apart"));
+  EXPECT_THAT(rig_.grab(2ms), FailsWith(ErrorCode::kTimeout, HasSubstr("25 ms apart")));
   EXPECT_FALSE(lower_->grabs.empty());
 }
 
@@ -117,10 +108,7 @@ TEST_F(StereoRigTest, GivesUpInTimeIfNoTwoFramesEverMatch) {
 TEST_F(StereoRigTest, KeepsAFrameWhosePartnerIsLate) {
   start();
   lower_->grabs = {frame_at(0, 0ms), frame_at(1, 50ms)};
-  const auto early = rig_.grab(0ms);
-  ASSERT_FALSE(early);
-  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
-  EXPECT_THAT(early.error().message, StartsWith("upper: "));
+  EXPECT_THAT(rig_.grab(0ms), FailsWith(ErrorCode::kTimeout, StartsWith("upper: ")));
 
   upper_->grabs = {frame_at(0, 1ms)};
   const auto pair = rig_.grab(0ms);
@@ -132,17 +120,11 @@ TEST_F(StereoRigTest, KeepsAFrameWhosePartnerIsLate) {
 TEST_F(StereoRigTest, ErrorsKeepTheirCodeAndNameTheView) {
   start();
   lower_->grabs = {Error{ErrorCode::kDisconnected, "unplugged"}};
-  auto pair = rig_.grab(1s);
-  ASSERT_FALSE(pair);
-  EXPECT_EQ(pair.error().code, ErrorCode::kDisconnected);
-  EXPECT_EQ(pair.error().message, "lower: unplugged");
+  EXPECT_THAT(rig_.grab(1s), FailsWith(ErrorCode::kDisconnected, "lower: unplugged"));
 
   lower_->grabs = {frame_at(0, 0ms)};
   upper_->grabs = {Error{ErrorCode::kBadData, "half a frame"}};
-  pair = rig_.grab(1s);
-  ASSERT_FALSE(pair);
-  EXPECT_EQ(pair.error().code, ErrorCode::kBadData);
-  EXPECT_EQ(pair.error().message, "upper: half a frame");
+  EXPECT_THAT(rig_.grab(1s), FailsWith(ErrorCode::kBadData, "upper: half a frame"));
 }
 
 // Catches a rig that gives each camera the whole timeout, so that the caller waits twice as long.
@@ -157,19 +139,12 @@ TEST_F(StereoRigTest, BothCamerasShareOneTimeout) {
   EXPECT_LE(upper_->timeouts[0], lower_->timeouts[0]);
 }
 
-TEST_F(StereoRigTest, GrabBeforeStartIsRefused) {
-  const auto pair = rig_.grab(0ms);
-  ASSERT_FALSE(pair);
-  EXPECT_EQ(pair.error().code, ErrorCode::kInvalidState);
-}
+TEST_F(StereoRigTest, GrabBeforeStartIsRefused) { EXPECT_THAT(rig_.grab(0ms), FailsWith(ErrorCode::kInvalidState)); }
 
 // Catches a camera that is left streaming, which the next start would find busy.
 TEST_F(StereoRigTest, AStartThatFailsHalfWayStopsTheFirst) {
   upper_->started = Error{ErrorCode::kUnavailable, "no such device"};
-  const auto started = rig_.start(kSettings, kSettings);
-  ASSERT_FALSE(started);
-  EXPECT_EQ(started.error().code, ErrorCode::kUnavailable);
-  EXPECT_EQ(started.error().message, "upper: no such device");
+  EXPECT_THAT(rig_.start(kSettings, kSettings), FailsWith(ErrorCode::kUnavailable, "upper: no such device"));
   EXPECT_THAT(*log_, ElementsAre("lower.configure", "lower.start", "upper.configure", "upper.start", "lower.stop"));
 
   upper_->started = {};
@@ -187,11 +162,9 @@ TEST_F(StereoRigTest, AFirstCameraThatFailsLeavesTheSecondAlone) {
 // Catches a rig that accepts images of another size: every number of the robot's `rig:` would be wrong.
 TEST_F(StereoRigTest, RefusesACameraThatGivesAnotherSize) {
   upper_->smaller_by.width_px = 4;
-  const auto started = rig_.start(kSettings, kSettings);
-  ASSERT_FALSE(started);
-  EXPECT_EQ(started.error().code, ErrorCode::kRefused);
-  EXPECT_EQ(started.error().message,
-            "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has");
+  EXPECT_THAT(rig_.start(kSettings, kSettings),
+              FailsWith(ErrorCode::kRefused,
+                        "upper: the camera gives 60 x 48 pixels instead of 64 x 48; ask for a size that it has"));
   EXPECT_THAT(*log_, ElementsAre("lower.configure", "lower.start", "upper.configure", "lower.stop"));
 }
 

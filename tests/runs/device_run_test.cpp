@@ -14,6 +14,7 @@
 #include "drivers/memory/memory.h"
 #include "tests/support/faulty_camera.h"
 #include "tests/support/faulty_diffdrive.h"
+#include "tests/support/real_time_camera.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -55,9 +56,9 @@ class DeviceRun : public testing::Test {
     options_.out = temporary_.path() / "run";
     options_.notify = [this](const std::string& event) { told_.push_back(event); };
     options_.open = [this](const drivers::RobotSettings& settings) -> Result<Robot> {
-      auto lower = std::make_unique<testing_support::FaultyCamera>(std::make_unique<memory::MemoryCamera>(clock_),
+      auto lower = std::make_unique<testing_support::FaultyCamera>(std::make_unique<testing_support::RealTimeCamera>(),
                                                                    lower_faults_, 1);
-      auto upper = std::make_unique<memory::MemoryCamera>(clock_);
+      auto upper = std::make_unique<testing_support::RealTimeCamera>();
       auto drive = std::make_unique<testing_support::FaultyDiffDrive>(
           std::make_unique<memory::MemoryDiffDrive>(clock_, settings.drive.limits), drive_faults_, 2);
       return Robot(StereoRig(std::move(lower), std::move(upper), 10ms), std::move(drive), nullptr);

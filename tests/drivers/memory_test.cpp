@@ -87,14 +87,11 @@ TEST(TestPattern, NoMarkIsNoPlace) {
   EXPECT_EQ(mark_place(Image{2, 1, PixelFormat::kGrey8, {255}}), std::nullopt) << "bytes are missing";
 }
 
-TEST(MemoryCamera, NeedsAClock) {
-  EXPECT_THROW(MemoryCamera(std::shared_ptr<ManualClock>(), WhenNotDue::kAdvance), std::invalid_argument);
-  EXPECT_THROW(MemoryCamera(std::shared_ptr<SteadyClock>()), std::invalid_argument);
-}
+TEST(MemoryCamera, NeedsAClock) { EXPECT_THROW(MemoryCamera(nullptr), std::invalid_argument); }
 
 TEST(MemoryCamera, ShowsTheExposureOfItsHeader) {
   const auto clock = std::make_shared<ManualClock>();
-  MemoryCamera camera(clock, WhenNotDue::kTimeOut);
+  MemoryCamera camera(clock);
   ASSERT_TRUE(camera.configure(kSmall));
   clock->advance(1234us);  // the start is not at a whole period of the clock
   ASSERT_TRUE(camera.start());
@@ -111,22 +108,25 @@ TEST(MemoryCamera, ShowsTheExposureOfItsHeader) {
 // Catches a frame that is due a nanosecond early or late.
 TEST(MemoryCamera, ExposesExactlyWhenDue) {
   const auto clock = std::make_shared<ManualClock>();
-  MemoryCamera camera(clock, WhenNotDue::kTimeOut);
+  MemoryCamera camera(clock);
   ASSERT_TRUE(camera.configure(kSmall));
   ASSERT_TRUE(camera.start());
   ASSERT_TRUE(camera.grab(0ms)) << "the first is due at once";
+  const Timestamp first = clock->now();
   clock->advance(kPeriod - 1ns);
-  const auto early = camera.grab(0ms);
-  ASSERT_FALSE(early);
-  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
-  clock->advance(1ns);
   ASSERT_TRUE(camera.grab(0ms));
+  EXPECT_EQ(clock->now() - first, kPeriod) << "the grab advances the clock by the last nanosecond";
+  clock->advance(kPeriod);
+  const auto due = camera.grab(0ms);
+  ASSERT_TRUE(due);
+  EXPECT_EQ(due->header().sequence, 2U);
+  EXPECT_EQ(clock->now() - first, 2 * kPeriod) << "an exposure that is due needs no time";
 }
 
 // 1/30 s is not a whole number of nanoseconds: a sum of rounded periods would be off by 36 us after one hour.
 TEST(MemoryCamera, DoesNotDrift) {
   const auto clock = std::make_shared<ManualClock>();
-  MemoryCamera camera(clock, WhenNotDue::kTimeOut);
+  MemoryCamera camera(clock);
   ASSERT_TRUE(camera.configure({1, 1, 30}));
   ASSERT_TRUE(camera.start());
   clock->advance(1h);
@@ -138,7 +138,7 @@ TEST(MemoryCamera, DoesNotDrift) {
 
 TEST(MemoryCamera, TwoCamerasOnOneClockRunInLockStep) {
   const auto clock = std::make_shared<ManualClock>();
-  MemoryCamera lower(clock, WhenNotDue::kAdvance), upper(clock, WhenNotDue::kAdvance);
+  MemoryCamera lower(clock), upper(clock);
   for (MemoryCamera* camera : {&lower, &upper}) {
     ASSERT_TRUE(camera->configure({64, 48, 15}));
     ASSERT_TRUE(camera->start());
@@ -157,7 +157,7 @@ TEST(MemoryCamera, TwoCamerasOnOneClockRunInLockStep) {
 
 TEST(MemoryCamera, StartBeginsAgainWithTheFirstExposure) {
   const auto clock = std::make_shared<ManualClock>();
-  MemoryCamera camera(clock, WhenNotDue::kAdvance);
+  MemoryCamera camera(clock);
   ASSERT_TRUE(camera.configure(kSmall));
   for (int round = 0; round < 2; ++round) {
     ASSERT_TRUE(camera.start());
@@ -167,33 +167,77 @@ TEST(MemoryCamera, StartBeginsAgainWithTheFirstExposure) {
   }
 }
 
-TEST(MemoryCamera, WaitsInRealTimeOnTheSteadyClock) {
-  using std::chrono::steady_clock;
-  MemoryCamera camera(std::make_shared<SteadyClock>());
-  ASSERT_TRUE(camera.configure({64, 48, 1}));
-  ASSERT_TRUE(camera.start());
-  ASSERT_TRUE(camera.grab(0ms));
-
-  auto asked = steady_clock::now();
-  const auto early = camera.grab(20ms);
-  ASSERT_FALSE(early);
-  EXPECT_EQ(early.error().code, ErrorCode::kTimeout);
-  EXPECT_GE(steady_clock::now() - asked, 20ms);
-
-  const auto frame = camera.grab(std::chrono::milliseconds::max());
-  ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->header().captured.clock, ClockKind::kSteady);
-  EXPECT_GE(steady_clock::now().time_since_epoch(), frame->header().captured.since_zero) << "not before it was taken";
-}
-
 TEST(MemoryCamera, LimitsImpossibleSettings) {
-  MemoryCamera camera(std::make_shared<ManualClock>(), WhenNotDue::kAdvance);
+  MemoryCamera camera(std::make_shared<ManualClock>());
   const auto big = camera.configure({1'000'000, 1'000'000, 1e12});
   ASSERT_TRUE(big);
   EXPECT_EQ(*big, (CameraSettings{kLargestSide_px, kLargestSide_px, kFastest_hz}));
   const auto slow = camera.configure({1, 1, 1e-300});
   ASSERT_TRUE(slow);
   EXPECT_EQ(*slow, (CameraSettings{1, 1, kSlowest_hz}));
+}
+
+// ---- the drive
+
+constexpr auto kTimeout = 200ms;
+
+class MemoryDiffDriveTest : public testing::Test {
+ protected:
+  std::shared_ptr<ManualClock> clock_ = std::make_shared<ManualClock>();
+  std::unique_ptr<MemoryDiffDrive> drive_ = std::make_unique<MemoryDiffDrive>(clock_, DriveLimits{10, kTimeout});
+  std::shared_ptr<const Wheels> wheels_ = drive_->wheels();
+};
+
+TEST_F(MemoryDiffDriveTest, NeedsAClockAndATime) {
+  EXPECT_THROW(MemoryDiffDrive(nullptr, DriveLimits{}), std::invalid_argument);
+  EXPECT_THROW(MemoryDiffDrive(clock_, DriveLimits{10, 0ns}), std::invalid_argument);
+  EXPECT_THROW(Wheels(nullptr, 1s), std::invalid_argument);
+}
+
+// Catches a dead-man time that is only approximate: the wheels turn until a nanosecond before it, and are then stopped.
+TEST_F(MemoryDiffDriveTest, TheDeadManTimeIsExact) {
+  ASSERT_TRUE(drive_->set_speeds({4, -3}));
+  clock_->advance(kTimeout - 1ns);
+  EXPECT_EQ(wheels_->speeds(), (WheelSpeeds{4, -3}));
+  clock_->advance(1ns);
+  EXPECT_EQ(wheels_->speeds(), WheelSpeeds{});
+  const double left_rad = drive_->read_angles()->left_rad;
+  EXPECT_DOUBLE_EQ(left_rad, 4 * 0.2);
+  clock_->advance(1h);
+  EXPECT_EQ(drive_->read_angles()->left_rad, left_rad);
+  EXPECT_DOUBLE_EQ(drive_->read_angles()->right_rad, -3 * 0.2);
+}
+
+TEST_F(MemoryDiffDriveTest, AnglesAreTheIntegralOfTheSpeeds) {
+  ASSERT_TRUE(drive_->set_speeds({1.5, 2.5}));
+  clock_->advance(40ms);
+  ASSERT_TRUE(drive_->set_speeds({-6, 0.5}));
+  clock_->advance(30ms);
+  ASSERT_TRUE(drive_->stop());
+  clock_->advance(50ms);
+  ASSERT_TRUE(drive_->set_speeds({2, 2}));
+  clock_->advance(1s);  // the dead-man rule stops the wheels after 200 ms of it
+  const auto angles = drive_->read_angles();
+  ASSERT_TRUE(angles);
+  EXPECT_DOUBLE_EQ(angles->left_rad, 1.5 * 0.04 - 6 * 0.03 + 2 * 0.2);
+  EXPECT_DOUBLE_EQ(angles->right_rad, 2.5 * 0.04 + 0.5 * 0.03 + 2 * 0.2);
+  EXPECT_EQ(angles->time, clock_->now());
+}
+
+TEST_F(MemoryDiffDriveTest, RecordsItsCommands) {
+  ASSERT_TRUE(drive_->set_speeds({1, 2}));
+  clock_->advance(30ms);
+  ASSERT_TRUE(drive_->set_speeds({40, 20}));
+  ASSERT_TRUE(drive_->stop());
+  drive_.reset();
+  const auto& commands = wheels_->commands();
+  ASSERT_EQ(commands.size(), 4U);
+  EXPECT_EQ(commands[0].speeds, (WheelSpeeds{1, 2}));
+  EXPECT_EQ(commands[0].time.since_zero, 0ns);
+  EXPECT_EQ(commands[1].speeds, (WheelSpeeds{10, 5})) << "as applied";
+  EXPECT_EQ(commands[1].time.since_zero, 30ms);
+  EXPECT_EQ(commands[2].speeds, WheelSpeeds{}) << "stop()";
+  EXPECT_EQ(commands[3].speeds, WheelSpeeds{}) << "the destructor";
 }
 
 }  // namespace
