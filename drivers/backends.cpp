@@ -132,19 +132,16 @@ Result<const Row*> find_row(const Wanted& wanted) {
   const Row* const row = find_row(wanted.driver);
   if (row == nullptr) {
     const std::string lacking = drivers_for(wanted, false);
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("{}: there is no driver '{}'; drivers for it are: {}{}", wanted.part, wanted.driver,
-                             drivers_for(wanted), lacking.empty() ? "" : " (not in this build: " + lacking + ")")};
+    return Error(ErrorCode::kNotFound, "{}: there is no driver '{}'; drivers for it are: {}{}", wanted.part,
+                 wanted.driver, drivers_for(wanted), lacking.empty() ? "" : " (not in this build: " + lacking + ")");
   }
   if (!wanted.suits(row->backend)) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: driver '{}' is for {}; drivers for it are: {}", wanted.part, wanted.driver,
-                             wanted.camera ? "a drive" : "cameras", drivers_for(wanted))};
+    return Error(ErrorCode::kRefused, "{}: driver '{}' is for {}; drivers for it are: {}", wanted.part, wanted.driver,
+                 wanted.camera ? "a drive" : "cameras", drivers_for(wanted));
   }
   if (!row->backend.available()) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("{}: driver '{}' is not in this build: {}; drivers that are: {}", wanted.part,
-                             wanted.driver, row->backend.why_not, drivers_for(wanted))};
+    return Error(ErrorCode::kUnavailable, "{}: driver '{}' is not in this build: {}; drivers that are: {}", wanted.part,
+                 wanted.driver, row->backend.why_not, drivers_for(wanted));
   }
   return row;
 }
@@ -162,9 +159,9 @@ Status check_drivers(const RobotSettings& settings) {
     std::vector<std::string> named;
     named.reserve(parts.size());
     for (const Wanted& part : parts) named.push_back(fmt::format("{}: {}", part.part, part.driver));
-    return Error{ErrorCode::kRefused, fmt::format("{}: sim_povray moves all parts of a robot or none: a simulated "
-                                                  "camera cannot see a real drive move",
-                                                  fmt::join(named, ", "))};
+    return Error(ErrorCode::kRefused,
+                 "{}: sim_povray moves all parts of a robot or none: a simulated camera cannot see a real drive move",
+                 fmt::join(named, ", "));
   }
   return {};
 }
@@ -204,8 +201,7 @@ Result<std::unique_ptr<Device>> open_alone(const Wanted& wanted, Open open) {
   const auto row = find_row(wanted);
   if (!row) return row.error();
   if (is_simulated(wanted)) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: a part of a simulated robot cannot be opened alone", wanted.part)};
+    return Error(ErrorCode::kRefused, "{}: a part of a simulated robot cannot be opened alone", wanted.part);
   }
   Shared shared;
   Result<std::unique_ptr<Device>> opened = open(**row, shared);
@@ -265,10 +261,10 @@ Status check_cameras_differ(const RobotSettings& settings) {
       const auto same = std::find(ids.begin() + std::ptrdiff_t(a) + 1, ids.end(), ids[a]);
       if (same == ids.end()) continue;
       const auto b = std::size_t(same - ids.begin());
-      return Error{ErrorCode::kRefused,
-                   fmt::format("{} ('{}') and {} ('{}') are one camera, {}; give each its own device:, as twocone "
-                               "devices lists them",
-                               parts[a], names[a], parts[b], names[b], ids[a])};
+      return Error(ErrorCode::kRefused,
+                   "{} ('{}') and {} ('{}') are one camera, {}; give each its own device:, as twocone "
+                   "devices lists them",
+                   parts[a], names[a], parts[b], names[b], ids[a]);
     }
   }
   return {};

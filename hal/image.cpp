@@ -89,8 +89,8 @@ void from_nv12(const Byte* __restrict light, const Byte* __restrict colours, std
 }
 
 Error bad_jpeg(const Image& image, const std::string& why) {
-  return {ErrorCode::kBadData, fmt::format("JPEG image of {} x {} pixels, {} bytes: {}", image.width_px,
-                                           image.height_px, image.bytes.size(), why)};
+  return Error(ErrorCode::kBadData, "JPEG image of {} x {} pixels, {} bytes: {}", image.width_px, image.height_px,
+               image.bytes.size(), why);
 }
 
 /// @param rgb gets the pixels
@@ -178,8 +178,8 @@ std::optional<std::size_t> image_bytes(PixelFormat format, int width_px, int hei
 Result<Image> to_rgb8(const Image& image) {
   const bool is_jpeg = image.format == PixelFormat::kMjpeg && image.width_px > 0 && image.height_px > 0;
   if (!is_jpeg && image_bytes(image.format, image.width_px, image.height_px) != image.bytes.size()) {
-    return Error{ErrorCode::kBadData, fmt::format("image of {} x {} {} pixels holds {} bytes", image.width_px,
-                                                  image.height_px, to_string(image.format), image.bytes.size())};
+    return Error(ErrorCode::kBadData, "image of {} x {} {} pixels holds {} bytes", image.width_px, image.height_px,
+                 to_string(image.format), image.bytes.size());
   }
   if (image.format == PixelFormat::kRgb8) return image;
   Image rgb{image.width_px, image.height_px, PixelFormat::kRgb8, {}};
@@ -198,8 +198,8 @@ ImageResult Frame::image(std::chrono::milliseconds timeout) const {
   // Each call waits on its own copy: two threads must not wait on one shared_future object.
   const auto pixels = pixels_;
   if (pixels.wait_for(std::min(timeout, kLongestWait)) != std::future_status::ready) {
-    return Error{ErrorCode::kTimeout,
-                 fmt::format("the pixels of frame {} did not come within {} ms", header_.sequence, timeout.count())};
+    return Error(ErrorCode::kTimeout, "the pixels of frame {} did not come within {} ms", header_.sequence,
+                 timeout.count());
   }
   return pixels.get();
 }

@@ -9,6 +9,8 @@
 #include <utility>
 #include <variant>
 
+#include <fmt/format.h>
+
 namespace twocone {
 
 /// Kinds of failure. There is one kind for each different way in which a caller can react.
@@ -33,6 +35,12 @@ inline std::string_view to_string(ErrorCode code) {
 
 /// A code to branch on and one sentence for a person.
 struct Error {
+  Error(ErrorCode code, std::string message) : code(code), message(std::move(message)) {}
+  /// Formats the message from its text and values, in the way of fmt.
+  template <typename Value, typename... Values>
+  Error(ErrorCode code, fmt::format_string<Value, Values...> text, Value&& value, Values&&... values)
+      : code(code), message(fmt::format(text, std::forward<Value>(value), std::forward<Values>(values)...)) {}
+
   ErrorCode code;
   std::string message;
 };

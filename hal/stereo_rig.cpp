@@ -91,7 +91,7 @@ Status StereoRig::look_for(Eye& eye, Eye& other, SteadyTime deadline) {
   if (std::chrono::steady_clock::now() < eye.next_try) let_pass(other, end);
   const SteadyTime now = std::chrono::steady_clock::now();
   if (now < eye.next_try) {
-    return Error{ErrorCode::kDisconnected, fmt::format("{}: the camera is disconnected; waiting for it", eye.view)};
+    return Error(ErrorCode::kDisconnected, "{}: the camera is disconnected; waiting for it", eye.view);
   }
   eye.next_try = now + kBetweenTries;
   if (auto started = start(eye); !started) return started;
@@ -163,11 +163,10 @@ Result<StereoFrame> StereoRig::grab(milliseconds timeout) {
     }
     drop(skew.count() > 0 ? lower_.waiting : upper_.waiting);
     if (std::chrono::steady_clock::now() >= deadline) {
-      return Error{
-          ErrorCode::kTimeout,
-          fmt::format("no two frames within {} ms of each other came within {} ms; the last two were {} ms apart",
-                      std::chrono::duration<double, std::milli>(max_skew_).count(), timeout.count(),
-                      std::chrono::duration<double, std::milli>(std::chrono::abs(skew)).count())};
+      return Error(ErrorCode::kTimeout,
+                   "no two frames within {} ms of each other came within {} ms; the last two were {} ms apart",
+                   std::chrono::duration<double, std::milli>(max_skew_).count(), timeout.count(),
+                   std::chrono::duration<double, std::milli>(std::chrono::abs(skew)).count());
     }
   }
 }

@@ -62,8 +62,7 @@ PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& n
   if (!state_.allFinite() || !is_covariance<3>(start.covariance)) {
     throw std::invalid_argument(
         fmt::format("PoseHypothesis: x {} m, y {} m, heading {} rad with the variances {} m2, {} m2, {} rad2: must be "
-                    "finite, with a "
-                    "symmetric and positive definite covariance",
+                    "finite, with a symmetric and positive definite covariance",
                     start.pose.x_m, start.pose.y_m, start.pose.heading_rad, start.covariance(0, 0),
                     start.covariance(1, 1), start.covariance(2, 2)));
   }

@@ -28,18 +28,16 @@ std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const con
       return a.width_px == b.width_px && a.height_px == b.height_px;
     };
     if (!same(run.robot.lower, robot.lower) || !same(run.robot.upper, robot.upper)) {
-      return Error{ErrorCode::kBadData,
-                   fmt::format("{} has images of another size than {} says", run.folder.string(), robot.file.string())};
+      return Error(ErrorCode::kBadData, "{} has images of another size than {} says", run.folder.string(),
+                   robot.file.string());
     }
     if (run.frames.size() < vision::CalibrationResult::kMinFrames) {
-      return Error{ErrorCode::kBadData,
-                   fmt::format("{} has {} frames, a calibration needs {} or more", run.folder.string(),
-                               run.frames.size(), vision::CalibrationResult::kMinFrames)};
+      return Error(ErrorCode::kBadData, "{} has {} frames, a calibration needs {} or more", run.folder.string(),
+                   run.frames.size(), vision::CalibrationResult::kMinFrames);
     }
     if (const std::size_t count = run.map.landmarks.size(); count < 2) {
-      return Error{ErrorCode::kBadData,
-                   fmt::format("{}: {} of {} landmarks have a height (top_m), a calibration needs two or more",
-                               run.map.file.string(), count, count)};
+      return Error(ErrorCode::kBadData, "{}: {} of {} landmarks have a height (top_m), a calibration needs two or more",
+                   run.map.file.string(), count, count);
     }
   }
   return std::nullopt;
@@ -53,21 +51,19 @@ Error refusal(const vision::CalibrationResult& result, const std::string& runs) 
       return {ErrorCode::kUnavailable,
               "this twocone was built without Ceres, which calibrates: apt install libceres-dev, then configure again"};
     case CalibrationVerdict::kTooFewFrames:
-      return {ErrorCode::kBadData,
-              fmt::format("{}: only {} of the chosen frames show two landmarks or more, a calibration needs {}", runs,
-                          result.frames_used, vision::CalibrationResult::kMinFrames)};
+      return Error(ErrorCode::kBadData,
+                   "{}: only {} of the chosen frames show two landmarks or more, a calibration needs {}", runs,
+                   result.frames_used, vision::CalibrationResult::kMinFrames);
     case CalibrationVerdict::kTooFewLandmarks:
-      return {ErrorCode::kBadData,
-              fmt::format("{}: fewer than two landmarks are seen, a calibration needs two or more", runs)};
+      return Error(ErrorCode::kBadData, "{}: fewer than two landmarks are seen, a calibration needs two or more", runs);
     case CalibrationVerdict::kContradictory:
     case CalibrationVerdict::kOk:
       break;
   }
-  return {
-      ErrorCode::kBadData,
-      fmt::format("{}: no rig near the believed one explains what is seen: do the map's places, heights and colours "
-                  "belong to this room?",
-                  runs)};
+  return Error(ErrorCode::kBadData,
+               "{}: no rig near the believed one explains what is seen: do the map's places, heights and colours "
+               "belong to this room?",
+               runs);
 }
 
 void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::array<ViewCircles, 2>& circles) {

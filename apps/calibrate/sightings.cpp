@@ -29,8 +29,8 @@ std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, s
 Result<cv::Mat> read_rgb(const std::filesystem::path& file, const config::CameraEntry& camera) {
   auto rgb = runlog::read_rgb(file);
   if (rgb && (rgb->cols != camera.width_px || rgb->rows != camera.height_px)) {
-    return Error{ErrorCode::kBadData, fmt::format("{} has {} x {} pixels, the robot file says {} x {}", file.string(),
-                                                  rgb->cols, rgb->rows, camera.width_px, camera.height_px)};
+    return Error(ErrorCode::kBadData, "{} has {} x {} pixels, the robot file says {} x {}", file.string(), rgb->cols,
+                 rgb->rows, camera.width_px, camera.height_px);
   }
   return rgb;
 }

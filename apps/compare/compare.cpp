@@ -128,10 +128,10 @@ Result<Outcome> compare(const Settings& settings) {
   auto real = read_side(settings.real, settings.real_poses);
   if (!real) return real.error();
   if (const std::string why = why_other_rooms(simulated->run.map, real->run.map); !why.empty()) {
-    return Error{ErrorCode::kBadData,
-                 fmt::format("{} ({}) and {} ({}) are not of one room: {}; compare runs among the same landmarks",
-                             settings.simulated.string(), simulated->run.map.file.string(), settings.real.string(),
-                             real->run.map.file.string(), why)};
+    return Error(ErrorCode::kBadData,
+                 "{} ({}) and {} ({}) are not of one room: {}; compare runs among the same landmarks",
+                 settings.simulated.string(), simulated->run.map.file.string(), settings.real.string(),
+                 real->run.map.file.string(), why);
   }
   calibrate_both(*simulated, *real, settings.fit_frames, [&](double done) { settings.progress(done * kFitted); });
   if (settings.stop && *settings.stop) return stopped_error();

@@ -41,9 +41,9 @@ Result<std::vector<Place>> places_of(const Side& real) {
     if (real.reference[i]) places.push_back({real.run.frames[i], *real.reference[i]});
   }
   if (places.empty()) {
-    return Error{ErrorCode::kBadData, fmt::format("{}: no frame's pose is known, so none can be rendered again: give "
-                                                  "them with --poses FILE.tum",
-                                                  real.name)};
+    return Error(ErrorCode::kBadData,
+                 "{}: no frame's pose is known, so none can be rendered again: give them with --poses FILE.tum",
+                 real.name);
   }
   return places;
 }
@@ -188,9 +188,8 @@ Status render_again(const Settings& settings, const std::filesystem::path& scene
   auto real = read_side(settings.real, settings.real_poses);
   if (!real) return real.error();
   if (const std::string why = why_other_rooms(map, real->run.map); !why.empty()) {
-    return Error{ErrorCode::kBadData,
-                 fmt::format("{} is not of the room of {} ({}): {}; name a map of the same landmarks", scene.string(),
-                             settings.real.string(), real->run.map.file.string(), why)};
+    return Error(ErrorCode::kBadData, "{} is not of the room of {} ({}): {}; name a map of the same landmarks",
+                 scene.string(), settings.real.string(), real->run.map.file.string(), why);
   }
   calibrate_side(*real, settings.fit_frames, [&](double done) { settings.progress(kPosesShare * done); });
   // The truth of a simulated "real" run is ignored: the question here is what a camera saw from which pose.

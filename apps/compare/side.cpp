@@ -168,7 +168,7 @@ std::array<std::filesystem::path, 2> images_of(const runlog::RunData& run, std::
 
 Result<Side> read_side(const std::filesystem::path& folder, const std::filesystem::path& poses) {
   if (std::filesystem::exists(folder / "run.yaml") && !std::filesystem::exists(folder / "frames.csv")) {
-    return Error{ErrorCode::kBadData, fmt::format("{}: there is no frames.csv, so it has no frames", folder.string())};
+    return Error(ErrorCode::kBadData, "{}: there is no frames.csv, so it has no frames", folder.string());
   }
   const std::string method = outline_method_of(folder, runlog::read_run_yaml(folder).info);
   runlog::RunData run = runlog::read_run(folder, method, runlog::Tables::kFrames);
@@ -185,18 +185,17 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
   }
   drop_broken_end(side);
   if (side.run.frames.size() < kLeastFrames) {
-    return Error{ErrorCode::kBadData, fmt::format("{}: has {} whole frames, a comparison needs {} or more",
-                                                  folder.string(), side.run.frames.size(), kLeastFrames)};
+    return Error(ErrorCode::kBadData, "{}: has {} whole frames, a comparison needs {} or more", folder.string(),
+                 side.run.frames.size(), kLeastFrames);
   }
   if (!poses.empty()) {
     const auto given = runlog::read_poses(poses);
     side.reference = at_times(side.run.frames, given);
     if (std::ranges::none_of(side.reference, [](const auto& pose) { return pose.has_value(); })) {
-      return Error{
-          ErrorCode::kBadData,
-          fmt::format("{}: none of its {} poses is at the time of a frame of {}, which are from {:.3f} to {:.3f} s",
-                      poses.string(), given.size(), folder.string(), side.run.frames.front().t_s,
-                      side.run.frames.back().t_s)};
+      return Error(ErrorCode::kBadData,
+                   "{}: none of its {} poses is at the time of a frame of {}, which are from {:.3f} to {:.3f} s",
+                   poses.string(), given.size(), folder.string(), side.run.frames.front().t_s,
+                   side.run.frames.back().t_s);
     }
     side.reference_is = "given trajectory";
     side.is_reference_apart = true;

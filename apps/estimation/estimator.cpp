@@ -76,8 +76,8 @@ std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map
 /// Returns the pixels of `image` as rgb, without a copy if they are rgb already. `converted` owns converted pixels.
 Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Image& converted) {
   if (image.width_px != wanted.width || image.height_px != wanted.height) {
-    return Error{ErrorCode::kBadData, fmt::format("the {} image has {} x {} pixels, the robot file says {} x {}", view,
-                                                  image.width_px, image.height_px, wanted.width, wanted.height)};
+    return Error(ErrorCode::kBadData, "the {} image has {} x {} pixels, the robot file says {} x {}", view,
+                 image.width_px, image.height_px, wanted.width, wanted.height);
   }
   if (image.format == PixelFormat::kRgb8 && image.bytes.size() == 3 * std::size_t(wanted.area())) {
     return as_mat(image);

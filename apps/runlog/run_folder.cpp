@@ -114,9 +114,9 @@ void write_summary(const RunData& run) {
 }
 
 Result<Image> read_image(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return Error{ErrorCode::kNotFound, fmt::format("no image {}", file.string())};
+  if (!std::filesystem::exists(file)) return Error(ErrorCode::kNotFound, "no image {}", file.string());
   cv::Mat bgr = cv::imread(file.string(), cv::IMREAD_COLOR);
-  if (bgr.empty()) return Error{ErrorCode::kBadData, fmt::format("{} is not an image that can be read", file.string())};
+  if (bgr.empty()) return Error(ErrorCode::kBadData, "{} is not an image that can be read", file.string());
   cv::Mat rgb;
   cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
   Image image{rgb.cols, rgb.rows, PixelFormat::kRgb8, {}};

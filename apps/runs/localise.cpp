@@ -67,7 +67,7 @@ Result<runlog::RunData> localise(const fs::path& folder, estimation::Method meth
   std::vector<runlog::AnswerRows> answers;
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     if (options.stop && *options.stop) {
-      return Error{ErrorCode::kCancelled, fmt::format("stopped from outside; {} is as it was", folder.string())};
+      return Error(ErrorCode::kCancelled, "stopped from outside; {} is as it was", folder.string());
     }
     const runlog::FrameRow& frame = run.frames[i];
     const runlog::PoseRow* const truth = run.truth.empty() ? nullptr : &run.truth[i];
@@ -93,8 +93,7 @@ Result<runlog::RunData> localise(const fs::path& folder, estimation::Method meth
     progress(double(i + 1) / double(run.frames.size()));
   }
   if (!is_any_read) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("{}: no frame has both its images; nothing was changed", folder.string())};
+    return Error(ErrorCode::kNotFound, "{}: no frame has both its images; nothing was changed", folder.string());
   }
   const std::string name(to_string(method));
   runlog::write_results(folder, name, answers, runlog::OnTop::kYes, &run.info);

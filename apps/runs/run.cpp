@@ -242,7 +242,7 @@ class Loop {
   }
 
   [[nodiscard]] Error interrupted() const {
-    return {ErrorCode::kCancelled, fmt::format("stopped from outside after {} frames", record_.frames())};
+    return Error(ErrorCode::kCancelled, "stopped from outside after {} frames", record_.frames());
   }
 
   const config::Robot& robot_;

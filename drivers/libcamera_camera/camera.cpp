@@ -71,7 +71,7 @@ class LibcameraCamera final : public Camera {
     lc::Camera& camera = *device_->camera();
     configuration_ = camera.generateConfiguration(kViewfinder);
     if (!configuration_ || configuration_->empty()) {
-      return Error{ErrorCode::kRefused, fmt::format("{}: no stream to look through", id_)};
+      return Error(ErrorCode::kRefused, "{}: no stream to look through", id_);
     }
     if (auto chosen = choose_format(wanted); !chosen) return chosen.error();
     if (const int error = camera.configure(configuration_.get())) {
@@ -109,7 +109,7 @@ class LibcameraCamera final : public Camera {
       if (metadata.status == lc::FrameMetadata::FrameError) {
         note_sequence(metadata.sequence);
         stream_->give_back(newest->request);
-        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", id_, metadata.sequence)};
+        return Error(ErrorCode::kBadData, "{}: frame {} came damaged", id_, metadata.sequence);
       }
       const bool is_whole = metadata.status == lc::FrameMetadata::FrameSuccess;
       if (is_whole && !(newest->was_starved && is_stale(*newest))) return hand_out(*newest, passed_over);
@@ -171,24 +171,23 @@ class LibcameraCamera final : public Camera {
       format_ = candidate;
       return {};
     }
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{} has no format {}; it has: {}", id_,
-                             settings_.format.empty() ? "that this driver knows" : settings_.format,
-                             fmt::join(formats_of(*device_->camera()), ", "))};
+    return Error(ErrorCode::kRefused, "{} has no format {}; it has: {}", id_,
+                 settings_.format.empty() ? "that this driver knows" : settings_.format,
+                 fmt::join(formats_of(*device_->camera()), ", "));
   }
 
   /// The reason why no frame came within `limit`.
   [[nodiscard]] Error why_none(milliseconds limit) const {
-    if (device_->is_gone()) return {ErrorCode::kDisconnected, fmt::format("{} is disconnected", id_)};
+    if (device_->is_gone()) return Error(ErrorCode::kDisconnected, "{} is disconnected", id_);
     const milliseconds silence = silence_limit();
     if (!stream_->is_silent(silence)) {
-      return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", id_, limit.count())};
+      return Error(ErrorCode::kTimeout, "{}: no frame within {} ms", id_, limit.count());
     }
     if (!device_->answers()) {
-      return {ErrorCode::kDisconnected,
-              fmt::format("{}: no frame for {} ms, and it does not answer any more", id_, silence.count())};
+      return Error(ErrorCode::kDisconnected, "{}: no frame for {} ms, and it does not answer any more", id_,
+                   silence.count());
     }
-    return {ErrorCode::kTimeout, fmt::format("{}: no frame for {} ms", id_, silence.count())};
+    return Error(ErrorCode::kTimeout, "{}: no frame for {} ms", id_, silence.count());
   }
 
   /// The time at which the frame began to arrive: the sensor's time if libcamera reports it, which is before any
@@ -238,8 +237,8 @@ class LibcameraCamera final : public Camera {
     for (const auto& plane : newest.buffer->metadata().planes()) used += plane.bytesused;
     const auto expected = image_bytes(image.format, image.width_px, image.height_px);
     if (used < std::max<std::size_t>(expected.value_or(0), 1)) {
-      return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", id_,
-                                                    newest.buffer->metadata().sequence, used, expected.value_or(1))};
+      return Error(ErrorCode::kBadData, "{}: frame {} has {} bytes instead of {}", id_,
+                   newest.buffer->metadata().sequence, used, expected.value_or(1));
     }
     const std::size_t size = expected.value_or(used);
     const std::size_t rows = std::size_t(image.height_px) * (image.format == PixelFormat::kNv12 ? 3 : 2) / 2;
@@ -269,7 +268,7 @@ class LibcameraCamera final : public Camera {
       }
     }
     if (packed.size() != size) {
-      return Error{ErrorCode::kBadData, fmt::format("{}: a frame of {} bytes instead of {}", id_, packed.size(), size)};
+      return Error(ErrorCode::kBadData, "{}: a frame of {} bytes instead of {}", id_, packed.size(), size);
     }
     image.bytes = std::move(packed);
     return {};

@@ -85,14 +85,12 @@ Result<ChosenControls> choose_controls(const lc::Camera& camera, const Libcamera
         if (!is_array(*id)) names.push_back(id->name());
       }
       std::sort(names.begin(), names.end());
-      return Error{ErrorCode::kRefused,
-                   fmt::format("{} has no control {}; it has: {}", camera.id(), name, fmt::join(names, ", "))};
+      return Error(ErrorCode::kRefused, "{} has no control {}; it has: {}", camera.id(), name, fmt::join(names, ", "));
     }
     const double number = within(control->second, asked);
     const auto value = value_for(*control->first, number);
     if (!value)
-      return Error{ErrorCode::kRefused,
-                   fmt::format("{}: control {} is no single number; leave it out", camera.id(), name)};
+      return Error(ErrorCode::kRefused, "{}: control {} is no single number; leave it out", camera.id(), name);
     chosen.list.set(control->first->id(), *value);
     chosen.applied.emplace_back(control->first, number_of(*value).value_or(number));
   }

@@ -36,7 +36,7 @@ Result<std::shared_ptr<lc::CameraManager>> use_manager() {
   if (!the.running) {
     auto fresh = std::make_unique<lc::CameraManager>();
     if (const int error = fresh->start()) {
-      return Error{ErrorCode::kUnavailable, fmt::format("libcamera does not start: {}", std::strerror(-error))};
+      return Error(ErrorCode::kUnavailable, "libcamera does not start: {}", std::strerror(-error));
     }
     the.running = std::move(fresh);
   }
@@ -60,18 +60,16 @@ Result<std::shared_ptr<Device>> Device::open(const std::string& name) {
     names.push_back(fmt::format("{} ('{}')", model, camera->id()));
   }
   if (found.empty()) {
-    return Error{ErrorCode::kNotFound, fmt::format("libcamera knows no camera '{}'; there are: {}", name,
-                                                   names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")))};
+    return Error(ErrorCode::kNotFound, "libcamera knows no camera '{}'; there are: {}", name,
+                 names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")));
   }
   if (found.size() > 1) {
-    return Error{ErrorCode::kRefused, fmt::format("{} cameras are called '{}'; name one by its id: {}", found.size(),
-                                                  name, fmt::join(names, ", "))};
+    return Error(ErrorCode::kRefused, "{} cameras are called '{}'; name one by its id: {}", found.size(), name,
+                 fmt::join(names, ", "));
   }
   if (const int error = found.front()->acquire()) {
-    return Error{error == -EBUSY ? ErrorCode::kRefused : ErrorCode::kDisconnected,
-                 fmt::format("{}: {}", name,
-                             error == -EBUSY ? "the camera is in use; end the other program that uses it"
-                                             : std::strerror(-error))};
+    return Error(error == -EBUSY ? ErrorCode::kRefused : ErrorCode::kDisconnected, "{}: {}", name,
+                 error == -EBUSY ? "the camera is in use; end the other program that uses it" : std::strerror(-error));
   }
   return std::shared_ptr<Device>(new Device(*std::move(manager), std::move(found.front())));
 }

@@ -41,15 +41,13 @@ Result<const Module*> load() {
     ::setenv("LIBCAMERA_LOG_LEVELS", kOurLogLevels, 0);
     // The module is never closed: libcamera's threads may outlive any camera.
     void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (module == nullptr) return Error{ErrorCode::kUnavailable, fmt::format("libcamera: {}", ::dlerror())};
+    if (module == nullptr) return Error(ErrorCode::kUnavailable, "libcamera: {}", ::dlerror());
     const auto entry = reinterpret_cast<const Module* (*)()>(::dlsym(module, kModuleEntry));
-    if (entry == nullptr)
-      return Error{ErrorCode::kUnavailable, fmt::format("{} is not a module of this program", file.string())};
+    if (entry == nullptr) return Error(ErrorCode::kUnavailable, "{} is not a module of this program", file.string());
     return entry();
   }
-  return Error{
-      ErrorCode::kUnavailable,
-      fmt::format("{} was not found; is twocone fully installed? TWOCONE_MODULES can name its folder", kModuleFile)};
+  return Error(ErrorCode::kUnavailable,
+               "{} was not found; is twocone fully installed? TWOCONE_MODULES can name its folder", kModuleFile);
 }
 
 const Result<const Module*>& module() {

@@ -92,8 +92,8 @@ class Create2 final : public Protocol {
       transport.pause(kModePause);
       if (auto seen = next_sensors(transport); !seen) return seen.error();
       if (!is_awake()) {
-        return Error{ErrorCode::kRefused, fmt::format("the robot does not leave mode {}: {}",
-                                                      sensors_.mode == OiMode::kOff ? "Off" : "Passive", reason())};
+        return Error(ErrorCode::kRefused, "the robot does not leave mode {}: {}",
+                     sensors_.mode == OiMode::kOff ? "Off" : "Passive", reason());
       }
     }
     std::array<std::uint8_t, 5> bytes{kDriveDirect};
@@ -141,7 +141,7 @@ class Create2 final : public Protocol {
     const std::array<std::uint8_t, 6> packets{kStream, 4, kBumpsAndDrops, kLeftCounts, kRightCounts, kMode};
     if (auto sent = send(transport, packets); !sent) return sent;
     if (auto seen = next_sensors(transport); !seen) return seen;
-    if (!is_awake()) return Error{ErrorCode::kRefused, fmt::format("it does not go to mode Safe: {}", reason())};
+    if (!is_awake()) return Error(ErrorCode::kRefused, "it does not go to mode Safe: {}", reason());
     return {};
   }
 

@@ -118,8 +118,8 @@ class Roboclaw final : public Protocol {
       const auto answer = read(transport, 1, deadline);
       if (answer && answer->front() == kAccepted) return {};
       is_in_step_ = false;
-      last = answer ? Error{ErrorCode::kBadData, fmt::format("command {}: answer 0x{:02X}, where 0xFF was expected",
-                                                             number, answer->front())}
+      last = answer ? Error(ErrorCode::kBadData, "command {}: answer 0x{:02X}, where 0xFF was expected", number,
+                            answer->front())
                     : answer.error();
       if (last.code == ErrorCode::kDisconnected) break;
     }
@@ -136,8 +136,7 @@ class Roboclaw final : public Protocol {
         if (const auto data = reply_data(address_, number, *reply)) return std::vector(data->begin(), data->end());
       }
       is_in_step_ = false;
-      last = reply ? Error{ErrorCode::kBadData, fmt::format("command {}: the answer's checksum is wrong", number)}
-                   : reply.error();
+      last = reply ? Error(ErrorCode::kBadData, "command {}: the answer's checksum is wrong", number) : reply.error();
       if (last.code == ErrorCode::kDisconnected) break;
     }
     return last;
@@ -158,8 +157,7 @@ class Roboclaw final : public Protocol {
     while (true) {
       const auto byte = read(transport, 1, deadline);
       if (!byte && byte.error().code == ErrorCode::kTimeout && !received.empty()) {
-        return Error{ErrorCode::kBadData,
-                     fmt::format("command {}: {} bytes came, and no answer", question_, received.size())};
+        return Error(ErrorCode::kBadData, "command {}: {} bytes came, and no answer", question_, received.size());
       }
       if (!byte) return byte.error();
       received.push_back(byte->front());
@@ -203,7 +201,7 @@ class Roboclaw final : public Protocol {
       const auto more = transport.read(std::span(reply).subspan(got), deadline);
       if (!more) {
         if (more.error().code != ErrorCode::kTimeout || got == 0) return more.error();
-        return Error{ErrorCode::kBadData, fmt::format("{} of {} bytes of an answer came", got, bytes)};
+        return Error(ErrorCode::kBadData, "{} of {} bytes of an answer came", got, bytes);
       }
       got += *more;
     }

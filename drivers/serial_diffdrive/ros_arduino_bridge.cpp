@@ -172,11 +172,11 @@ class RosArduinoBridge final : public Protocol {
 
   static Error unexpected(const std::string& command, const std::string& answer) {
     if (answer == kInvalid) {
-      return {ErrorCode::kRefused,
-              fmt::format("'{}' in answer to {}; build the firmware with USE_BASE, or look for what disturbs the line",
-                          answer, command)};
+      return Error(ErrorCode::kRefused,
+                   "'{}' in answer to {}; build the firmware with USE_BASE, or look for what disturbs the line", answer,
+                   command);
     }
-    return {ErrorCode::kBadData, fmt::format("'{}' in answer to {}", printable(answer), command)};
+    return Error(ErrorCode::kBadData, "'{}' in answer to {}", printable(answer), command);
   }
 
   /// Reads a line up to CR LF, and returns it without them.
@@ -187,7 +187,7 @@ class RosArduinoBridge final : public Protocol {
       const auto got = transport.read({&byte, 1}, deadline);
       if (!got) {
         if (got.error().code != ErrorCode::kTimeout || line.empty()) return got.error();
-        return Error{ErrorCode::kBadData, fmt::format("only '{}' of an answer came", printable(line))};
+        return Error(ErrorCode::kBadData, "only '{}' of an answer came", printable(line));
       }
       if (byte == '\n') {
         owed_ = std::max(owed_ - 1, 0);
@@ -195,7 +195,7 @@ class RosArduinoBridge final : public Protocol {
         return line;
       }
       if (line.size() == kLongestLine) {
-        return Error{ErrorCode::kBadData, fmt::format("a line without end: '{}'", printable(line))};
+        return Error(ErrorCode::kBadData, "a line without end: '{}'", printable(line));
       }
       line.push_back(static_cast<char>(byte));
     }

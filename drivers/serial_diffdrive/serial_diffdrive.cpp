@@ -98,8 +98,8 @@ class SerialDiffDrive final : public DiffDrive {
     if (greeted || monitor.count() == 0) return greeted;
     const Error& error = greeted.error();
     if (error.code != ErrorCode::kTimeout && error.code != ErrorCode::kBadData) return greeted;
-    return Error{ErrorCode::kBadData, fmt::format("{}: no controller of protocol {} answers ({}), but {}",
-                                                  settings_.port, settings_.protocol, error.message, quote(monitor))};
+    return Error(ErrorCode::kBadData, "{}: no controller of protocol {} answers ({}), but {}", settings_.port,
+                 settings_.protocol, error.message, quote(monitor));
   }
 
  private:
@@ -109,9 +109,10 @@ class SerialDiffDrive final : public DiffDrive {
     const double faster = std::max(std::abs(speeds.left_radps), std::abs(speeds.right_radps));
     if (faster < least_speed_radps_) {
       if (auto stopped = stop_wheels(); !stopped) return stopped;
-      return Error{ErrorCode::kRefused, fmt::format("{:.3g} rad/s is too slow for the controller at {}, which turns no "
-                                                    "wheel slower than {:.3g} rad/s; the wheels are stopped",
-                                                    faster, settings_.port, least_speed_radps_)};
+      return Error(ErrorCode::kRefused,
+                   "{:.3g} rad/s is too slow for the controller at {}, which turns no "
+                   "wheel slower than {:.3g} rad/s; the wheels are stopped",
+                   faster, settings_.port, least_speed_radps_);
     }
     const SteadyTime begun = now();
     // The watchdog gets its deadline first, so that it stops the wheels if this program hangs after the command.
@@ -271,12 +272,11 @@ class SerialDiffDrive final : public DiffDrive {
   /// is not known whether the watchdog's stop or the command reached the controller first.
   Error held_up(SteadyTime::duration time) {
     const auto stopped = stop_wheels();
-    return {ErrorCode::kTimeout,
-            fmt::format(
-                "the command took {:.0f} ms, longer than command_timeout: the watchdog stopped the wheels meanwhile, "
-                "and {}",
-                std::chrono::duration<double, std::milli>(time).count(),
-                stopped ? "they are stopped now" : "a stop was sent again: " + stopped.error().message)};
+    return Error(ErrorCode::kTimeout,
+                 "the command took {:.0f} ms, longer than command_timeout: the watchdog stopped the wheels meanwhile, "
+                 "and {}",
+                 std::chrono::duration<double, std::milli>(time).count(),
+                 stopped ? "they are stopped now" : "a stop was sent again: " + stopped.error().message);
   }
 
   /// Stops the wheels, which must not turn without a watchdog, and starts another watchdog.
@@ -289,10 +289,9 @@ class SerialDiffDrive final : public DiffDrive {
     if (auto stopped = stop_wheels(); !stopped) send_stop();
     auto posted = greeted_ ? post_watchdog() : Status{};
     if (!posted) lose();
-    return {ErrorCode::kUnavailable,
-            fmt::format("{}; the wheels were stopped, and {}", why.message,
-                        posted ? "another watchdog is started"
-                               : "no other watchdog can be started: " + posted.error().message)};
+    return Error(
+        ErrorCode::kUnavailable, "{}; the wheels were stopped, and {}", why.message,
+        posted ? "another watchdog is started" : "no other watchdog can be started: " + posted.error().message);
   }
 
   /// Reads the counters again while stops of the watchdog come in between, so that the answer belongs to the question.
@@ -320,7 +319,7 @@ class SerialDiffDrive final : public DiffDrive {
     watchdog_.reset();
     transport_.reset();
     next_try_ = now() + kBetweenTries;
-    lost_ = Error{ErrorCode::kDisconnected, fmt::format("{} is disconnected; waiting for it", settings_.port)};
+    lost_ = Error(ErrorCode::kDisconnected, "{} is disconnected; waiting for it", settings_.port);
   }
 
   /// The port is still open, but the handshake with its controller must be repeated.
@@ -328,7 +327,7 @@ class SerialDiffDrive final : public DiffDrive {
     kLog.warning(fmt::format("{}: the controller {}; the handshake is repeated", settings_.port, why));
     forget();
     greet_until_ = now() + kGreeting;
-    lost_ = Error{ErrorCode::kDisconnected, fmt::format("the controller at {} {}", settings_.port, why)};
+    lost_ = Error(ErrorCode::kDisconnected, "the controller at {} {}", settings_.port, why);
   }
 
   /// Stops the wheels if that is still possible. Until the next handshake, the watchdog sends a stop after each
@@ -434,8 +433,7 @@ void check(const SerialDriveSettings& settings) {
     }
     if (!settings.watchdog && settings.protocol != "roboclaw") {
       bad += fmt::format(
-          " watchdog is switched off, but a controller of protocol {} does not stop the wheels in time by "
-          "itself;",
+          " watchdog is switched off, but a controller of protocol {} does not stop the wheels in time by itself;",
           settings.protocol);
     }
   }

@@ -87,19 +87,19 @@ class SerialPort final : public Transport {
     if (is_alone_) return {};
     is_busy = errno == EWOULDBLOCK;
     const int error = errno;
-    return Error{ErrorCode::kRefused, fmt::format("{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
-                                                  is_busy ? kEndTheOther : kNamePort)};
+    return Error(ErrorCode::kRefused, "{}: {}{}", path_, is_busy ? "it is taken" : std::strerror(error),
+                 is_busy ? kEndTheOther : kNamePort);
   }
 
   Status set_up(int baud) {
     if (sp_set_baudrate(port_.get(), baud) != SP_OK) {
-      return Error{ErrorCode::kRefused,
-                   fmt::format("{}: {} baud: {}; give baud: a rate that the port has", path_, baud, last_error())};
+      return Error(ErrorCode::kRefused, "{}: {} baud: {}; give baud: a rate that the port has", path_, baud,
+                   last_error());
     }
     if (sp_set_bits(port_.get(), 8) != SP_OK || sp_set_parity(port_.get(), SP_PARITY_NONE) != SP_OK ||
         sp_set_stopbits(port_.get(), 1) != SP_OK || sp_set_flowcontrol(port_.get(), SP_FLOWCONTROL_NONE) != SP_OK) {
-      return Error{ErrorCode::kRefused, fmt::format("{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_,
-                                                    last_error(), kNamePort)};
+      return Error(ErrorCode::kRefused, "{}: 8 bits, no parity, 1 stop bit, no flow control: {}{}", path_, last_error(),
+                   kNamePort);
     }
     sp_flush(port_.get(), SP_BUF_BOTH);
     return {};
@@ -113,7 +113,7 @@ class SerialPort final : public Transport {
       if (bytes.empty()) break;
       if (auto ready = wait_for(POLLOUT, deadline); !ready) {
         if (ready.error().code != ErrorCode::kTimeout) return ready;
-        return Error{ErrorCode::kTimeout, fmt::format("{} takes no more bytes", path_)};
+        return Error(ErrorCode::kTimeout, "{} takes no more bytes", path_);
       }
     }
     return {};
@@ -136,7 +136,7 @@ class SerialPort final : public Transport {
   }
 
  private:
-  [[nodiscard]] Error gone() const { return {ErrorCode::kDisconnected, fmt::format("{} is gone: unplugged?", path_)}; }
+  [[nodiscard]] Error gone() const { return Error(ErrorCode::kDisconnected, "{} is gone: unplugged?", path_); }
   /// Waits for `events`. Errors: kTimeout, kDisconnected.
   [[nodiscard]] Status wait_for(short events, Deadline deadline) const {
     while (true) {
@@ -165,10 +165,10 @@ class SerialPort final : public Transport {
 Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
   std::error_code none;
   const fs::path device = fs::canonical(path, none);
-  if (none) return Error{ErrorCode::kNotFound, fmt::format("{}: {}", path, none.message())};
+  if (none) return Error(ErrorCode::kNotFound, "{}: {}", path, none.message());
   sp_port* raw = nullptr;
   if (sp_get_port_by_name(device.c_str(), &raw) != SP_OK) {
-    return Error{ErrorCode::kRefused, fmt::format("{} is no serial port{}", path, kNamePort)};
+    return Error(ErrorCode::kRefused, "{} is no serial port{}", path, kNamePort);
   }
   Port port(raw, sp_free_port);
   if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
@@ -179,7 +179,7 @@ Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
   int descriptor = -1;
   if (sp_get_port_handle(port.get(), &descriptor) != SP_OK) {
     sp_close(port.get());
-    return Error{ErrorCode::kRefused, fmt::format("{} has no descriptor{}", path, kNamePort)};
+    return Error(ErrorCode::kRefused, "{} has no descriptor{}", path, kNamePort);
   }
   auto opened = std::make_unique<SerialPort>(path, std::move(port), descriptor);
   if (auto ours = opened->take_alone(is_busy); !ours) return ours.error();

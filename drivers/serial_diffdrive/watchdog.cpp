@@ -166,7 +166,7 @@ class WatchdogProcess final : public Watchdog {
     while (::send(pipe_.get(), &kWord, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1) {
       if (errno == EINTR) continue;
       if (errno == EAGAIN) break;  // enough messages are waiting for it
-      return Error{ErrorCode::kUnavailable, fmt::format("the watchdog, {}, is gone", name())};
+      return Error(ErrorCode::kUnavailable, "the watchdog, {}, is gone", name());
     }
     return {};
   }
@@ -224,10 +224,9 @@ Status Watchdog::wait_until(bool (*is_true)(const WatchdogState&), std::int64_t 
   while (!is_true(*state_)) {
     const std::int64_t time_ns = now_ns();
     if (time_ns >= limit_ns) {
-      return Error{
-          ErrorCode::kUnavailable,
-          fmt::format("the watchdog, {}, did not run for {:.0f} ms: it is halted, or the machine is overloaded", name(),
-                      1e-6 * double(time_ns - set_at_ns_))};
+      return Error(ErrorCode::kUnavailable,
+                   "the watchdog, {}, did not run for {:.0f} ms: it is halted, or the machine is overloaded", name(),
+                   1e-6 * double(time_ns - set_at_ns_));
     }
     // A message shows that the watchdog is gone; otherwise it would look like a slow one.
     if (auto there = wake(); !there) return there;
@@ -265,7 +264,7 @@ Result<std::unique_ptr<Watchdog>> start_watchdog_process(int port, std::vector<s
     throw std::invalid_argument(fmt::format("WatchdogProcess: timeout is {} ns, must be > 0", timeout.count()));
   }
   const auto unavailable = [](const char* what, int error) {
-    return Error{ErrorCode::kUnavailable, fmt::format("no {} for the watchdog: {}", what, std::strerror(error))};
+    return Error(ErrorCode::kUnavailable, "no {} for the watchdog: {}", what, std::strerror(error));
   };
   void* const memory =
       ::mmap(nullptr, sizeof(WatchdogState), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);

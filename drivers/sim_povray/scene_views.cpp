@@ -98,7 +98,7 @@ Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& 
   double x = 0, up = 0, y = 0, to_x = 0, to_up = 0, to_y = 0;
   std::istringstream numbers(*answer);
   if (!(numbers >> x >> up >> y >> to_x >> to_up >> to_y)) {
-    return Error{ErrorCode::kBadData, fmt::format("POV-Ray answered '{}' for view {}", *answer, camera->name)};
+    return Error(ErrorCode::kBadData, "POV-Ray answered '{}' for view {}", *answer, camera->name);
   }
   ShownCamera shown{x * place.unit_m, y * place.unit_m, {}};
   const double level = std::hypot(to_x - x, to_y - y);

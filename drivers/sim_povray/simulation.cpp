@@ -43,19 +43,18 @@ class SimCamera final : public Camera {
  private:
   Result<CameraSettings> do_configure(const CameraSettings& wanted) override {
     if (wanted.rate_hz < kMinRate_hz || wanted.rate_hz > kMaxRate_hz) {
-      return Error{ErrorCode::kRefused, fmt::format("camera '{}': {} Hz is outside what can be simulated, {} to {} Hz",
-                                                    name(), wanted.rate_hz, kMinRate_hz, kMaxRate_hz)};
+      return Error(ErrorCode::kRefused, "camera '{}': {} Hz is outside what can be simulated, {} to {} Hz", name(),
+                   wanted.rate_hz, kMinRate_hz, kMaxRate_hz);
     }
     if (wanted.width_px > kMaxSide_px || wanted.height_px > kMaxSide_px) {
-      return Error{ErrorCode::kRefused,
-                   fmt::format("camera '{}': {} x {} pixels are more than can be rendered, {} each way", name(),
-                               wanted.width_px, wanted.height_px, kMaxSide_px)};
+      return Error(ErrorCode::kRefused, "camera '{}': {} x {} pixels are more than can be rendered, {} each way",
+                   name(), wanted.width_px, wanted.height_px, kMaxSide_px);
     }
     const double busy_s = view_settings_.effects.exposure_time_s + view_settings_.effects.readout_s;
     if (busy_s * wanted.rate_hz > 1) {
-      return Error{ErrorCode::kRefused, fmt::format("camera '{}': exposure and readout take {} s, which is longer than "
-                                                    "a frame at {} Hz",
-                                                    name(), busy_s, wanted.rate_hz)};
+      return Error(ErrorCode::kRefused,
+                   "camera '{}': exposure and readout take {} s, which is longer than a frame at {} Hz", name(), busy_s,
+                   wanted.rate_hz);
     }
     if (auto configured = shared_->session->configure_view(view_, wanted); !configured) return configured.error();
     settings_ = wanted;

@@ -156,10 +156,9 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
   Status claim_rate(const void* view, const std::string& camera, double rate_hz) {
     for (const auto& [other, claim] : claims_) {
       if (other != view && claim.rate_hz != rate_hz) {
-        return Error{ErrorCode::kRefused,
-                     fmt::format("camera '{}' wants {} Hz, but this world's camera '{}' runs at {} Hz, and a world has "
-                                 "one rate",
-                                 camera, rate_hz, claim.camera, claim.rate_hz)};
+        return Error(ErrorCode::kRefused,
+                     "camera '{}' wants {} Hz, but this world's camera '{}' runs at {} Hz, and a world has one rate",
+                     camera, rate_hz, claim.camera, claim.rate_hz);
       }
     }
     claims_[view] = {camera, rate_hz};
@@ -270,8 +269,7 @@ class LocalSession final : public RobotSession {
     try {
       view.view_template = host_->view_template(robot_, view.block, settings, view.settings.antialias);
     } catch (const std::system_error& e) {
-      return Error{ErrorCode::kUnavailable,
-                   fmt::format("camera '{}': no thread is available: {}", view.block.name, e.what())};
+      return Error(ErrorCode::kUnavailable, "camera '{}': no thread is available: {}", view.block.name, e.what());
     }
     return {};
   }
@@ -286,10 +284,10 @@ class LocalSession final : public RobotSession {
       const auto& [oldest, images] = *unfinished_.begin();
       for (const auto& image : images) {
         if (image.wait_until(deadline) != std::future_status::ready) {
-          return Error{ErrorCode::kTimeout,
-                       fmt::format("the images of {} steps, the oldest being frame {}, are still being rendered; the "
-                                   "world waits for them",
-                                   unfinished_.size(), oldest)};
+          return Error(ErrorCode::kTimeout,
+                       "the images of {} steps, the oldest being frame {}, are still being rendered; the "
+                       "world waits for them",
+                       unfinished_.size(), oldest);
         }
       }
     }
@@ -365,7 +363,7 @@ Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& set
   if (!settings.map_outline.empty()) {
     if (const std::string difference = first_difference(settings.map_outline, outline_of(place_));
         !difference.empty()) {
-      return Error{ErrorCode::kRefused, fmt::format("the robot's map is not that of this world: {}", difference)};
+      return Error(ErrorCode::kRefused, "the robot's map is not that of this world: {}", difference);
     }
   }
   std::unique_ptr<LocalSession> session;
@@ -373,7 +371,7 @@ Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& set
     const std::lock_guard lock(mutex_);
     HostedRobot& hosted = robots_[robot->name];
     if (hosted.joined) {
-      return Error{ErrorCode::kRefused, fmt::format("{} is taken by another program", robot->name)};
+      return Error(ErrorCode::kRefused, "{} is taken by another program", robot->name);
     }
     // A robot that joins again starts at its initial pose, whatever happened to its predecessor.
     if (hosted.id) world_.remove(*hosted.id);

@@ -111,14 +111,14 @@ Result<Control> Device::set(const Control& control) const {
     if (name == control.first) return set(found, control);
     if (is_number(found) && (found.flags & V4L2_CTRL_FLAG_READ_ONLY) == 0) names.push_back(name);
   }
-  return Error{ErrorCode::kRefused, fmt::format("{} ({}) has no control {}; it has: {}", path_, card(), control.first,
-                                                fmt::join(names, ", "))};
+  return Error(ErrorCode::kRefused, "{} ({}) has no control {}; it has: {}", path_, card(), control.first,
+               fmt::join(names, ", "));
 }
 
 Result<Control> Device::set(const v4l2_query_ext_ctrl& found, const Control& control) const {
   const auto& [name, wanted] = control;
   if (const std::string why = objection(*this, found, wanted); !why.empty()) {
-    return Error{ErrorCode::kRefused, fmt::format("{}: control {} {}; correct it in controls:", path_, name, why)};
+    return Error(ErrorCode::kRefused, "{}: control {} {}; correct it in controls:", path_, name, why);
   }
   const bool is_long = found.type == V4L2_CTRL_TYPE_INTEGER64;
   v4l2_ext_control value{};
@@ -133,10 +133,9 @@ Result<Control> Device::set(const v4l2_query_ext_ctrl& found, const Control& con
   values.controls = &value;
   if (const int error = call(VIDIOC_S_EXT_CTRLS, &values)) {
     // A camera may also answer EIO to a bad value, so only the codes of is_gone() mean a lost device.
-    return Error{
-        is_gone(error) ? ErrorCode::kDisconnected : ErrorCode::kRefused,
-        fmt::format("{}: control {} = {}: {}; set it to another value, or after the controls that it depends on", path_,
-                    name, wanted, std::strerror(error))};
+    return Error(is_gone(error) ? ErrorCode::kDisconnected : ErrorCode::kRefused,
+                 "{}: control {} = {}: {}; set it to another value, or after the controls that it depends on", path_,
+                 name, wanted, std::strerror(error));
   }
   if ((found.flags & V4L2_CTRL_FLAG_WRITE_ONLY) != 0 || call(VIDIOC_G_EXT_CTRLS, &values) != 0) return control;
   if (found.type == V4L2_CTRL_TYPE_BITMASK) return Control{name, std::uint32_t(value.value)};

@@ -118,16 +118,15 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& path, std::share
   std::unique_ptr<Device> device(new Device(std::move(kernel), path, file));
   if (const int code = device->call(VIDIOC_QUERYCAP, &device->capability_)) {
     if (is_gone(code)) return not_opened(code);
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{} is no video device; name a camera that twocone devices lists", path)};
+    return Error(ErrorCode::kRefused, "{} is no video device; name a camera that twocone devices lists", path);
   }
   const std::uint32_t all = device->capability_.capabilities;
   const std::uint32_t can = (all & V4L2_CAP_DEVICE_CAPS) != 0 ? device->capability_.device_caps : all;
   if ((can & V4L2_CAP_STREAMING) == 0 || (can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{} ({}) is no camera that streams; name one that twocone devices lists, and "
-                             "begin to write to a loopback device before it is opened",
-                             path, device->card())};
+    return Error(ErrorCode::kRefused,
+                 "{} ({}) is no camera that streams; name one that twocone devices lists, and "
+                 "begin to write to a loopback device before it is opened",
+                 path, device->card());
   }
   if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0) device->buffer_type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
   return device;
@@ -215,19 +214,19 @@ Result<Negotiated> Device::set_up(const Format& format, const CameraSettings& wa
     return device_error(fmt::format("{}: its format", path_), error);
   }
   if (has_planes() && planes.num_planes != 1) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: {} in {} planes; ask for another format:", path_, format.name, planes.num_planes)};
+    return Error(ErrorCode::kRefused, "{}: {} in {} planes; ask for another format:", path_, format.name,
+                 planes.num_planes);
   }
   result.row_bytes = has_planes() ? planes.plane_fmt[0].bytesperline : asked.fmt.pix.bytesperline;
   if (code != format.code) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{} gives {} instead of {}; ask for a format: that it has, as twocone devices lists them",
-                             path_, code_name(code), format.name)};
+    return Error(ErrorCode::kRefused,
+                 "{} gives {} instead of {}; ask for a format: that it has, as twocone devices lists them", path_,
+                 code_name(code), format.name);
   }
   if (format.layout != PixelFormat::kMjpeg && !image_bytes(format.layout, result.width_px, result.height_px)) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{} gives {} x {} pixels, which {} cannot have; ask for another size or format:", path_,
-                             result.width_px, result.height_px, format.name)};
+    return Error(ErrorCode::kRefused,
+                 "{} gives {} x {} pixels, which {} cannot have; ask for another size or format:", path_,
+                 result.width_px, result.height_px, format.name);
   }
   result.rate_hz = set_rate(wanted.rate_hz);
   return result;
@@ -334,11 +333,11 @@ Result<std::string> find_device(const std::string& name, const std::shared_ptr<K
   }
   if (found.size() == 1) return found.front();
   if (found.empty()) {
-    return Error{ErrorCode::kNotFound, fmt::format("no camera is called '{}'; there are: {}", name,
-                                                   cards.empty() ? "none" : fmt::format("{}", fmt::join(cards, ", ")))};
+    return Error(ErrorCode::kNotFound, "no camera is called '{}'; there are: {}", name,
+                 cards.empty() ? "none" : fmt::format("{}", fmt::join(cards, ", ")));
   }
-  return Error{ErrorCode::kRefused, fmt::format("{} cameras are called '{}'; name one by its path: {}", found.size(),
-                                                name, fmt::join(found, ", "))};
+  return Error(ErrorCode::kRefused, "{} cameras are called '{}'; name one by its path: {}", found.size(), name,
+               fmt::join(found, ", "));
 }
 
 }  // namespace twocone::v4l2

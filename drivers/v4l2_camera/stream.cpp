@@ -115,7 +115,7 @@ Result<std::optional<Filled>> Stream::take() {
   }
   const v4l2_buffer& buffer = request.buffer;
   if (buffer.index >= buffers_.size()) {
-    return Error{ErrorCode::kDisconnected, fmt::format("its stream broke: it has no buffer {}", buffer.index)};
+    return Error(ErrorCode::kDisconnected, "its stream broke: it has no buffer {}", buffer.index);
   }
   Buffer& shared = buffers_[buffer.index];
   shared.place = Place::kHere;

@@ -77,10 +77,11 @@ class V4l2Camera final : public Camera {
       const auto again = do_configure(wanted_);
       if (!again) return again.error();
       if (*again != before) {
-        return Error{ErrorCode::kRefused, fmt::format("{}: it came back with {} x {} pixels at {:g} Hz instead of {} x "
-                                                      "{} at {:g}; plug the right camera into its place",
-                                                      path_, again->width_px, again->height_px, again->rate_hz,
-                                                      before.width_px, before.height_px, before.rate_hz)};
+        return Error(ErrorCode::kRefused,
+                     "{}: it came back with {} x {} pixels at {:g} Hz instead of {} x "
+                     "{} at {:g}; plug the right camera into its place",
+                     path_, again->width_px, again->height_px, again->rate_hz, before.width_px, before.height_px,
+                     before.rate_hz);
       }
     }
     auto stream = Stream::start(*device_);
@@ -143,16 +144,16 @@ class V4l2Camera final : public Camera {
 
   Error broken(const std::string& why) {
     is_broken_ = true;
-    return {ErrorCode::kDisconnected, fmt::format("{}: {}", path_, why)};
+    return Error(ErrorCode::kDisconnected, "{}: {}", path_, why);
   }
 
   [[nodiscard]] Error nothing_within(milliseconds limit, bool is_silent) const {
     if (!is_silent) {
-      return {ErrorCode::kTimeout, fmt::format("{}: no frame within {} ms", path_, limit.count())};
+      return Error(ErrorCode::kTimeout, "{}: no frame within {} ms", path_, limit.count());
     }
     const std::string trouble = device_->input_trouble();
-    return {ErrorCode::kTimeout,
-            fmt::format("{}: no frame for {} ms{}{}", path_, limit.count(), trouble.empty() ? "" : ": ", trouble)};
+    return Error(ErrorCode::kTimeout, "{}: no frame for {} ms{}{}", path_, limit.count(), trouble.empty() ? "" : ": ",
+                 trouble);
   }
 
   /// Subscribes to changes of the source. A video signal can be cut off at its source; the device then continues to
@@ -195,7 +196,7 @@ class V4l2Camera final : public Camera {
       ++filled;
       if ((*taken)->is_damaged) {
         stream_->give_back((*taken)->index);
-        return Error{ErrorCode::kBadData, fmt::format("{}: frame {} came damaged", path_, (*taken)->sequence)};
+        return Error(ErrorCode::kBadData, "{}: frame {} came damaged", path_, (*taken)->sequence);
       }
       pass_over();
       newest_ = **taken;
@@ -241,7 +242,7 @@ class V4l2Camera final : public Camera {
   Status fill(Image& image, const Filled& filled) {
     const auto expected = image_bytes(image.format, image.width_px, image.height_px);
     if (!expected) {  // MJPG: any number of bytes is valid
-      if (filled.bytes.empty()) return Error{ErrorCode::kBadData, fmt::format("{}: an empty frame", path_)};
+      if (filled.bytes.empty()) return Error(ErrorCode::kBadData, "{}: an empty frame", path_);
       lend_or_copy(image, filled, filled.bytes);
       return {};
     }
@@ -249,8 +250,8 @@ class V4l2Camera final : public Camera {
     const std::size_t row_bytes = *expected / rows;
     const std::size_t stride = std::max(format_->row_bytes, row_bytes);
     if (filled.bytes.size() < stride * (rows - 1) + row_bytes) {
-      return Error{ErrorCode::kBadData, fmt::format("{}: frame {} has {} bytes instead of {}", path_, filled.sequence,
-                                                    filled.bytes.size(), stride * rows)};
+      return Error(ErrorCode::kBadData, "{}: frame {} has {} bytes instead of {}", path_, filled.sequence,
+                   filled.bytes.size(), stride * rows);
     }
     if (stride == row_bytes) {
       lend_or_copy(image, filled, filled.bytes.first(*expected));

@@ -63,7 +63,7 @@ void FaultyCamera::do_stop() noexcept {
 Result<Frame> FaultyCamera::do_grab(milliseconds timeout) {
   if (faults_.disconnect_after && grabs_ >= *faults_.disconnect_after) {
     in_transit_.reset();
-    return Error{ErrorCode::kDisconnected, fmt::format("the cable came off after {} grabs", *faults_.disconnect_after)};
+    return Error(ErrorCode::kDisconnected, "the cable came off after {} grabs", *faults_.disconnect_after);
   }
   ++grabs_;
   // Every grab draws all of them: see RandomDraws::happens.

@@ -35,7 +35,7 @@ FaultyDiffDrive::FaultyDiffDrive(std::unique_ptr<DiffDrive> drive, const DriveFa
 
 Status FaultyDiffDrive::pass_cable() {
   if (faults_.disconnect_after && calls_ >= *faults_.disconnect_after) {
-    return Error{ErrorCode::kDisconnected, fmt::format("the cable came off after {} calls", *faults_.disconnect_after)};
+    return Error(ErrorCode::kDisconnected, "the cable came off after {} calls", *faults_.disconnect_after);
   }
   ++calls_;
   return {};

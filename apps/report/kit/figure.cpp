@@ -39,20 +39,17 @@ Result<base::ChildResult> run_program(const std::string& program, std::vector<st
   }
   switch (run.end) {
     case End::kNotStarted:
-      return Error{ErrorCode::kUnavailable, fmt::format("cannot start {}: {}", program, run.errors)};
+      return Error(ErrorCode::kUnavailable, "cannot start {}: {}", program, run.errors);
     case End::kTooMuch:
-      return Error{ErrorCode::kBadData,
-                   fmt::format("{} wrote over {} MiB and was killed", program, kLargestOutput >> 20U)};
+      return Error(ErrorCode::kBadData, "{} wrote over {} MiB and was killed", program, kLargestOutput >> 20U);
     case End::kTimedOut:
     case End::kStopped:
-      return Error{ErrorCode::kTimeout,
-                   fmt::format("{} did not end within {} ms and was killed", program, kTimeout.count())};
+      return Error(ErrorCode::kTimeout, "{} did not end within {} ms and was killed", program, kTimeout.count());
     case End::kEnded:
       break;
   }
   if (!WIFEXITED(run.wait_status)) {
-    return Error{ErrorCode::kDisconnected,
-                 fmt::format("{} was ended by signal {}", program, WTERMSIG(run.wait_status))};
+    return Error(ErrorCode::kDisconnected, "{} was ended by signal {}", program, WTERMSIG(run.wait_status));
   }
   return run;
 }
@@ -105,15 +102,13 @@ Status Gnuplot::prepare() const {
   if (!version || status != 0 || !version->output.starts_with("gnuplot")) {
     const std::string why =
         version ? fmt::format("'{} --version' ended with {}", program, status) : version.error().message;
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("gnuplot is not installed or does not run ({}); the figures need it: "
-                             "apt install gnuplot-nox",
-                             why)};
+    return Error(ErrorCode::kUnavailable,
+                 "gnuplot is not installed or does not run ({}); the figures need it: apt install gnuplot-nox", why);
   }
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
-    return Error{ErrorCode::kUnavailable, fmt::format("cannot make {}: {}", folder.string(), error.message())};
+    return Error(ErrorCode::kUnavailable, "cannot make {}: {}", folder.string(), error.message());
   }
   return {};
 }
@@ -125,15 +120,15 @@ Result<std::string> Gnuplot::draw(const Plot& plot) const {
   if (!drawn) return drawn.error();
   std::string& svg = drawn->output;
   if (WEXITSTATUS(drawn->wait_status) != 0 || svg.find("</svg>") == std::string::npos) {
-    return Error{ErrorCode::kBadData, fmt::format("gnuplot could not draw {} (ended with {}): {}", script.string(),
-                                                  WEXITSTATUS(drawn->wait_status), drawn->errors.substr(0, 2000))};
+    return Error(ErrorCode::kBadData, "gnuplot could not draw {} (ended with {}): {}", script.string(),
+                 WEXITSTATUS(drawn->wait_status), drawn->errors.substr(0, 2000));
   }
   replace_between(svg, "<title>", "</title>", escape(plot.title));
   // The image is inserted afterwards, because gnuplot would write a plotted image as a separate file beside the SVG.
   const std::size_t behind = svg.find("<defs>");  // follows the background
   if (!plot.underlay.empty() && behind == std::string::npos) {
-    return Error{ErrorCode::kBadData,
-                 fmt::format("gnuplot's SVG of {} has no <defs> element to insert the image before", script.string())};
+    return Error(ErrorCode::kBadData, "gnuplot's SVG of {} has no <defs> element to insert the image before",
+                 script.string());
   }
   if (!plot.underlay.empty()) svg.insert(behind, plot.underlay);
   if (const Status written = write_file(folder / (plot.stem + ".svg"), svg); !written) return written.error();

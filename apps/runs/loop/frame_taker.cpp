@@ -130,7 +130,7 @@ Result<TakenPair> FrameTaker::take_pair(std::uint64_t number, const std::atomic<
     const Status bearable = fault_policy_.failed(number, pair.error());
     if (!bearable || stop || pair.error().code != ErrorCode::kBadData) stop_wheels();
     if (!bearable) return bearable.error();
-    if (stop) return Error{ErrorCode::kCancelled, fmt::format("interrupted while frame {} was awaited", number)};
+    if (stop) return Error(ErrorCode::kCancelled, "interrupted while frame {} was awaited", number);
     std::this_thread::sleep_for(kBetweenTries);
   }
 }

@@ -111,11 +111,9 @@ void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {
 Result<TruthWriter> TruthWriter::open(const config::Robot& robot, const config::Map& map,
                                       const drivers::RobotSettings& settings) {
   if (!settings.world || !settings.world->attach.empty()) {
-    return Error{
-        ErrorCode::kRefused,
-        fmt::format("{}: --truth needs a simulated world inside this program: only that knows where everything "
-                    "is",
-                    robot.file.string())};
+    return Error(ErrorCode::kRefused,
+                 "{}: --truth needs a simulated world inside this program: only that knows where everything is",
+                 robot.file.string());
   }
   auto object = sim_povray::claimed_object(settings.world->place, settings.world->session.name);
   if (!object) return object.error();

@@ -41,9 +41,8 @@ Result<std::optional<std::string>> compare_start(const config::Robot& robot, con
       "{}: start is ({:.3f}, {:.3f}) m, heading {:.2f} degrees, but the scene shows the robot at {}: {} apart", place,
       start.x_m, start.y_m, degrees(start.heading_rad), shown, apart);
   if (apart_m > robot.body_radius_m) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}, more than body.radius_m of {} m: say in start where the scene shows it", warning,
-                             robot.body_radius_m)};
+    return Error(ErrorCode::kRefused, "{}, more than body.radius_m of {} m: say in start where the scene shows it",
+                 warning, robot.body_radius_m);
   }
   return std::optional(std::move(warning));
 }

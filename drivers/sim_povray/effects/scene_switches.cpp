@@ -179,8 +179,7 @@ Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const 
        }}};
   std::erase_if(off, [](const Switch& effect) { return effect.on; });
   const auto refused = [](const std::string& place, std::string_view key, const std::string& why) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("{}: the map's `effects: {{{}: false}}` cannot be done: {}", place, key, why)};
+    return Error(ErrorCode::kRefused, "{}: the map's `effects: {{{}: false}}` cannot be done: {}", place, key, why);
   };
   for (const Switch& effect : off) {
     const auto is_included = [&](const Call& call) { return call.feature == effect.feature && call.included; };

@@ -47,7 +47,7 @@ class ImageAssembly {
     try {
       return std::make_shared<const Image>(develop(order_.effects, samples_, order_.seed, order_.camera, order_.step));
     } catch (const std::exception& e) {  // std::bad_alloc; shutter samples of different sizes would be a bug here
-      return Error{ErrorCode::kUnavailable, fmt::format("{}: {}", order_.label, e.what())};
+      return Error(ErrorCode::kUnavailable, "{}: {}", order_.label, e.what());
     }
   }
 

@@ -34,14 +34,14 @@ Result<Scene> Scene::read(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
-    return Error{ErrorCode::kNotFound, fmt::format("{}: no such scene file", path.string())};
+    return Error(ErrorCode::kNotFound, "{}: no such scene file", path.string());
   }
   if (!std::filesystem::is_regular_file(status)) {
-    return Error{ErrorCode::kRefused, fmt::format("{}: is not a file", path.string())};
+    return Error(ErrorCode::kRefused, "{}: is not a file", path.string());
   }
   std::ifstream file(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) return Error{ErrorCode::kRefused, fmt::format("{}: cannot be read", path.string())};
+  if (!file) return Error(ErrorCode::kRefused, "{}: cannot be read", path.string());
   return parse(std::move(text), path.string());
 }
 
@@ -50,12 +50,12 @@ Result<Scene> Scene::parse(std::string text, std::string path) {
     SceneOutline found = outline(text);
     return Scene(std::move(path), std::move(text), std::move(found));
   } catch (const SceneError& e) {
-    return Error{ErrorCode::kRefused, fmt::format("{}:{}:{}: {}", path, e.place.line, e.place.column, e.message)};
+    return Error(ErrorCode::kRefused, "{}:{}:{}: {}", path, e.place.line, e.place.column, e.message);
   }
 }
 
 Error Scene::refused(const Place& place, const std::string& message) const {
-  return {ErrorCode::kRefused, fmt::format("{}:{}:{}: {}", path_, place.line, place.column, message)};
+  return Error(ErrorCode::kRefused, "{}:{}:{}: {}", path_, place.line, place.column, message);
 }
 
 Error Scene::refused(const NamedBlock& block, const char* wanted) const {
@@ -84,8 +84,8 @@ Result<NamedBlock> Scene::robot(const std::string& name) const {
     std::vector<std::string> others = names();
     std::erase_if(others, [](const std::string& other) { return !other.starts_with("robot."); });
     if (!others.empty()) {
-      return Error{ErrorCode::kRefused, fmt::format("{}: no object '{}' for the robot '{}'; the scene's robots are: {}",
-                                                    path_, own, name, fmt::join(others, ", "))};
+      return Error(ErrorCode::kRefused, "{}: no object '{}' for the robot '{}'; the scene's robots are: {}", path_, own,
+                   name, fmt::join(others, ", "));
     }
   }
   return object("robot");
@@ -129,13 +129,12 @@ Result<NamedBlock> Scene::find(const std::string& name, const std::string& keywo
   }
   // All names, so that a misspelt one is noticed.
   const std::vector<std::string> others = names();
-  return Error{
-      ErrorCode::kRefused,
-      fmt::format("{}: no {} '{}': looked for '{} {{' with the comment '//*PMName {}' as the first line inside its "
-                  "braces, at the top level of this file (not in files that it includes){}",
-                  path_, what, name, keyword, name,
-                  others.empty() ? "; nothing in this file has a name"
-                                 : fmt::format("; names in this file: {}", fmt::join(others, ", ")))};
+  return Error(ErrorCode::kRefused,
+               "{}: no {} '{}': looked for '{} {{' with the comment '//*PMName {}' as the first line inside its "
+               "braces, at the top level of this file (not in files that it includes){}",
+               path_, what, name, keyword, name,
+               others.empty() ? "; nothing in this file has a name"
+                              : fmt::format("; names in this file: {}", fmt::join(others, ", ")));
 }
 
 std::string Scene::with(std::vector<Insertion> insertions) const {

@@ -113,15 +113,14 @@ class RemoteSession final : public RobotSession {
   std::shared_future<ImageResult> image(ViewId view) override {
     std::unique_lock lock(mutex_);
     if (view >= views_.size() || views_[view] == nullptr) {
-      return ready_image(Error{ErrorCode::kInvalidState, fmt::format("view {} has not been configured", view)});
+      return ready_image(Error(ErrorCode::kInvalidState, "view {} has not been configured", view));
     }
     const std::shared_ptr<Slots> slots = views_[view];
     const auto free = [&] { return std::find(slots->busy.begin(), slots->busy.end(), false); };
     changed_.wait_until(lock, in(kSlotTime), [&] { return broken_ || free() != slots->busy.end(); });
     if (broken_) return ready_image(*broken_);
     if (free() == slots->busy.end()) {
-      return ready_image(
-          Error{ErrorCode::kTimeout, fmt::format("{} images are still on their way", slots->busy.size())});
+      return ready_image(Error(ErrorCode::kTimeout, "{} images are still on their way", slots->busy.size()));
     }
     const auto slot = std::uint32_t(free() - slots->busy.begin());
     slots->busy[slot] = true;
@@ -205,7 +204,7 @@ class RemoteSession final : public RobotSession {
 
   [[nodiscard]] Error no_answer() const { return {ErrorCode::kDisconnected, server_ + " does not answer"}; }
   Error nonsense(const char* what) {
-    return give_up({ErrorCode::kDisconnected, fmt::format("{} sent {} that makes no sense", server_, what)});
+    return give_up(Error(ErrorCode::kDisconnected, "{} sent {} that makes no sense", server_, what));
   }
 
   /// Ends the link: everything that waits fails, and so do later calls. The first reason stays.
@@ -228,7 +227,7 @@ class RemoteSession final : public RobotSession {
       while (read_one()) {
       }
     } catch (const std::exception& error) {
-      give_up({ErrorCode::kDisconnected, fmt::format("the link to {} broke: {}", server_, error.what())});
+      give_up(Error(ErrorCode::kDisconnected, "the link to {} broke: {}", server_, error.what()));
     }
   }
 
@@ -260,7 +259,7 @@ class RemoteSession final : public RobotSession {
       }
     }
     if (const auto* failed = std::get_if<Failed>(&*received->message)) {
-      give_up({ErrorCode::kDisconnected, fmt::format("{} closed the link: {}", server_, failed->message)});
+      give_up(Error(ErrorCode::kDisconnected, "{} closed the link: {}", server_, failed->message));
     } else {
       nonsense("something unasked");
     }
@@ -315,7 +314,7 @@ class RemoteSession final : public RobotSession {
 };
 
 Error not_twocone(const std::string& name) {
-  return {ErrorCode::kBadData, fmt::format("the program that serves '{}' is not twocone", name)};
+  return Error(ErrorCode::kBadData, "the program that serves '{}' is not twocone", name);
 }
 
 /// Receives a message of a server before there is a session.
@@ -336,9 +335,9 @@ Status compare(const Result<Message>& heard, const std::string& name) {
   if (theirs == nullptr || theirs->magic != kMagic) return not_twocone(name);
   const Hello own;
   if (theirs->version == own.version) return {};
-  return Error{ErrorCode::kRefused, fmt::format("'{}' is served with version {} of the link ({}), this program speaks "
-                                                "version {} ({})",
-                                                name, theirs->version, theirs->program, own.version, own.program)};
+  return Error(ErrorCode::kRefused,
+               "'{}' is served with version {} of the link ({}), this program speaks version {} ({})", name,
+               theirs->version, theirs->program, own.version, own.program);
 }
 
 }  // namespace
@@ -356,7 +355,7 @@ Result<std::unique_ptr<RobotSession>> join_served_world(const std::string& name,
   if (!socket) {
     if (socket.error().code != ErrorCode::kNotFound) return socket.error();
     sweep(*path, std::chrono::milliseconds(0));
-    return Error{ErrorCode::kNotFound, fmt::format("no program serves a world '{}' here; `twocone serve` does", name)};
+    return Error(ErrorCode::kNotFound, "no program serves a world '{}' here; `twocone serve` does", name);
   }
   // A server that refuses this program does so whether or not it has read this; its reason is received below.
   (void)send_message(socket->get(), Hello{}, deadline);
@@ -368,7 +367,7 @@ Result<std::unique_ptr<RobotSession>> join_served_world(const std::string& name,
   if (!answer) return answer.error();
   auto* joined = std::get_if<Sessioned>(&*answer);
   if (joined == nullptr || !is_sound(joined->state)) {
-    return Error{ErrorCode::kBadData, fmt::format("the program that serves '{}' answers with nonsense", name)};
+    return Error(ErrorCode::kBadData, "the program that serves '{}' answers with nonsense", name);
   }
   return std::unique_ptr<RobotSession>(
       std::make_unique<RemoteSession>(name, *path, std::move(*socket), std::move(joined->state)));

@@ -48,8 +48,8 @@ std::uint64_t file_size_limit() {
 }
 
 Error no_memory(std::uint32_t slots, std::uint64_t bytes, const std::string& why) {
-  return {ErrorCode::kUnavailable,
-          fmt::format("no shared memory for {} images ({:.1f} MB): {}", slots, double(bytes) / 1e6, why)};
+  return Error(ErrorCode::kUnavailable, "no shared memory for {} images ({:.1f} MB): {}", slots, double(bytes) / 1e6,
+               why);
 }
 
 /// It is not possible to wait for several futures: one is waited for this long, then all are checked.
@@ -59,7 +59,7 @@ ImageResult result_of(const std::shared_future<ImageResult>& image) {
   try {
     return image.get();
   } catch (const std::exception& error) {  // a promise that was dropped
-    return Error{ErrorCode::kDisconnected, fmt::format("the image was given up: {}", error.what())};
+    return Error(ErrorCode::kDisconnected, "the image was given up: {}", error.what());
   }
 }
 
@@ -90,7 +90,7 @@ Result<SharedFrames> SharedFrames::adopt(base::UniqueFd file, std::uint32_t slot
   const std::uint64_t bytes = slots * slot_bytes;
   struct stat status {};
   if (bytes == 0 || ::fstat(file.get(), &status) != 0 || std::uint64_t(status.st_size) != bytes) {
-    return Error{ErrorCode::kBadData, fmt::format("the shared memory that came does not hold {} bytes", bytes)};
+    return Error(ErrorCode::kBadData, "the shared memory that came does not hold {} bytes", bytes);
   }
   const int seals = ::fcntl(file.get(), F_GET_SEALS);
   if (seals < 0 || (seals & kSeals) != kSeals) {
@@ -131,8 +131,8 @@ Status ImageSlots::write(std::uint32_t slot, const Image& image) {
   if (image.width_px != size_.width_px || image.height_px != size_.height_px ||
       image.bytes.size() != image_bytes(image.format, image.width_px, image.height_px) ||
       image.bytes.size() > room.size()) {
-    return Error{ErrorCode::kBadData, fmt::format("the image is of {} x {} pixels, {} x {} were asked for",
-                                                  image.width_px, image.height_px, size_.width_px, size_.height_px)};
+    return Error(ErrorCode::kBadData, "the image is of {} x {} pixels, {} x {} were asked for", image.width_px,
+                 image.height_px, size_.width_px, size_.height_px);
   }
   std::copy(image.bytes.begin(), image.bytes.end(), room.begin());
   return {};

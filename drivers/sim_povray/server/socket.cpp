@@ -110,11 +110,11 @@ Result<ServedName> ServedName::claim(const std::filesystem::path& socket) {
       return ServedName(socket, std::move(lock));
     }
     if (errno != EWOULDBLOCK) {
-      return Error{ErrorCode::kUnavailable, fmt::format("no lock {}: {}", path.string(), server::words(errno))};
+      return Error(ErrorCode::kUnavailable, "no lock {}: {}", path.string(), server::words(errno));
     }
   }
-  return Error{ErrorCode::kRefused,
-               fmt::format("a world '{}' is served already (its lock is {})", socket.stem().string(), path.string())};
+  return Error(ErrorCode::kRefused, "a world '{}' is served already (its lock is {})", socket.stem().string(),
+               path.string());
 }
 
 ServedName::~ServedName() {
@@ -143,7 +143,7 @@ void sweep(const std::filesystem::path& socket, std::chrono::milliseconds patien
 
 Result<base::UniqueFd> listen_at(const std::filesystem::path& path) {
   const auto failed = [&path] {
-    return Error{ErrorCode::kUnavailable, fmt::format("no socket {}: {}", path.string(), words(errno))};
+    return Error(ErrorCode::kUnavailable, "no socket {}: {}", path.string(), words(errno));
   };
   base::UniqueFd socket = make_socket();
   if (!socket.valid()) return failed();
@@ -155,18 +155,18 @@ Result<base::UniqueFd> listen_at(const std::filesystem::path& path) {
 
 Result<base::UniqueFd> connect_to(const std::filesystem::path& path, SteadyTime deadline) {
   base::UniqueFd socket = make_socket();
-  if (!socket.valid()) return Error{ErrorCode::kUnavailable, fmt::format("no socket: {}", words(errno))};
+  if (!socket.valid()) return Error(ErrorCode::kUnavailable, "no socket: {}", words(errno));
   const sockaddr_un address = address_of(path);
   while (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     if (errno == ENOENT || errno == ECONNREFUSED) {
-      return Error{ErrorCode::kNotFound, fmt::format("no program listens at {}", path.string())};
+      return Error(ErrorCode::kNotFound, "no program listens at {}", path.string());
     }
     // EAGAIN: too many others are connecting, and there is nothing that poll() could wait for.
     if (errno != EAGAIN && errno != EINTR) {
-      return Error{ErrorCode::kUnavailable, fmt::format("cannot connect to {}: {}", path.string(), words(errno))};
+      return Error(ErrorCode::kUnavailable, "cannot connect to {}: {}", path.string(), words(errno));
     }
     if (std::chrono::steady_clock::now() >= deadline) {
-      return Error{ErrorCode::kTimeout, fmt::format("no program accepts the connection at {}", path.string())};
+      return Error(ErrorCode::kTimeout, "no program accepts the connection at {}", path.string());
     }
     std::this_thread::sleep_for(kConnectPause);
   }
@@ -184,8 +184,8 @@ std::optional<Peer> peer_of(int socket) {
 Status check_peer(const std::optional<Peer>& peer, uid_t user) {
   if (!peer) return Error{ErrorCode::kRefused, "the other program's user is not known"};
   if (peer->user == user) return {};
-  return Error{ErrorCode::kRefused, fmt::format("the other program (pid {}) is of user {}, this one of user {}",
-                                                peer->process, peer->user, user)};
+  return Error(ErrorCode::kRefused, "the other program (pid {}) is of user {}, this one of user {}", peer->process,
+               peer->user, user);
 }
 
 Status send_message(int socket, const Message& message, SteadyTime deadline, int file) {
@@ -253,7 +253,7 @@ namespace {
 constexpr std::size_t kMaxName = 64;
 
 Error refused(const std::filesystem::path& folder, const std::string& why) {
-  return {ErrorCode::kRefused, fmt::format("{} {}", folder.string(), why)};
+  return Error(ErrorCode::kRefused, "{} {}", folder.string(), why);
 }
 
 /// Makes the folder if it does not exist. Errors: kRefused: not a folder of this user's alone.
@@ -287,8 +287,7 @@ bool is_good(const std::string& name) {
 
 Result<std::filesystem::path> world_socket(const std::string& name) {
   if (!is_good(name)) {
-    return Error{ErrorCode::kRefused,
-                 fmt::format("'{}' is no name for a world: 1 to {} letters, digits, - and _", name, kMaxName)};
+    return Error(ErrorCode::kRefused, "'{}' is no name for a world: 1 to {} letters, digits, - and _", name, kMaxName);
   }
   std::filesystem::path runtime = fmt::format("/run/user/{}", ::geteuid());
   std::error_code ignored;

@@ -36,7 +36,7 @@ void ProcessRenderer::submit(RenderJob job, Done done) {
         workers_.emplace_back([this] { work(); });
       } catch (const std::system_error& e) {  // the machine has no thread left: the existing ones do it
         if (workers_.empty()) {
-          done(Error{ErrorCode::kUnavailable, fmt::format("{}: no thread is available: {}", job.label, e.what())});
+          done(Error(ErrorCode::kUnavailable, "{}: no thread is available: {}", job.label, e.what()));
           return;
         }
       }
@@ -59,7 +59,7 @@ void ProcessRenderer::work() {
     try {
       image = povray_.render(next.job, stop_.fd());
     } catch (const std::exception& e) {  // std::bad_alloc: nothing else is thrown
-      image = Error{ErrorCode::kUnavailable, fmt::format("{}: {}", next.job.label, e.what())};
+      image = Error(ErrorCode::kUnavailable, "{}: {}", next.job.label, e.what());
     }
     next.done(std::move(image));
     lock.lock();

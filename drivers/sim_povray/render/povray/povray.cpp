@@ -43,7 +43,7 @@ Status check_named_files(const SceneCalls& calls, const SceneAccess& access) {
   for (const WrittenString& string : calls.strings) {
     const fs::path file = string.text.empty() ? fs::path() : access.find(string.text);
     if (file.empty() || access.may_read(file)) continue;
-    return Error{ErrorCode::kRefused, fmt::format("{}:{}: {}", string.file, string.line, SceneAccess::refusal(file))};
+    return Error(ErrorCode::kRefused, "{}:{}: {}", string.file, string.line, SceneAccess::refusal(file));
   }
   return {};
 }
@@ -52,8 +52,7 @@ Status check_named_files(const SceneCalls& calls, const SceneAccess& access) {
 
 Result<std::string> find_povray(const std::string& name) {
   const auto missing = [](const std::string& why) {
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("POV-Ray is not installed: {}; on Debian: apt install povray", why)};
+    return Error(ErrorCode::kUnavailable, "POV-Ray is not installed: {}; on Debian: apt install povray", why);
   };
   const auto program = base::find_program(name);
   if (!program) return missing(fmt::format("no program '{}' in PATH", name));
@@ -78,7 +77,7 @@ Result<Povray> confined_povray(const PlaceSettings& place, const SceneCalls& cal
   for (const fs::path& folder : place.scene_paths) {
     std::error_code error;
     if (fs::is_directory(folder, error)) continue;
-    return Error{ErrorCode::kNotFound, fmt::format("scene_paths names no folder: {}", folder.string())};
+    return Error(ErrorCode::kNotFound, "scene_paths names no folder: {}", folder.string());
   }
   auto access = std::make_shared<SceneAccess>(place.scene, place.scene_paths);
   for (const std::string& folder : calls.folders) access->look_in(folder);
@@ -202,7 +201,7 @@ Result<base::ChildResult> Povray::run(const RenderJob& job, const RunKind& kind,
   try {
     scene = base::sealed_file("scene.pov", with_pose(*job.view_template, job.pose));
   } catch (const std::system_error& e) {
-    return Error{ErrorCode::kUnavailable, fmt::format("{}: no memory for the scene: {}", job.label, e.what())};
+    return Error(ErrorCode::kUnavailable, "{}: no memory for the scene: {}", job.label, e.what());
   }
   base::ChildRequest request;
   request.program = program(*job.view_template);
@@ -221,16 +220,15 @@ Result<base::ChildResult> Povray::run(const RenderJob& job, const RunKind& kind,
 
   switch (run.end) {
     case base::ChildResult::End::kNotStarted:
-      return Error{ErrorCode::kUnavailable,
-                   fmt::format("{}: POV-Ray ({}) could not be started: {}", job.label, program_, run.errors)};
+      return Error(ErrorCode::kUnavailable, "{}: POV-Ray ({}) could not be started: {}", job.label, program_,
+                   run.errors);
     case base::ChildResult::End::kStopped:
       return closed_error(job.label, "finished");
     case base::ChildResult::End::kTimedOut:
       return timeout_error(job.label, timeout_);
     case base::ChildResult::End::kTooMuch:
-      return Error{ErrorCode::kBadData,
-                   fmt::format("{}: POV-Ray wrote more than an image of {} x {} pixels and was killed", job.label,
-                               job.view_template->width_px, job.view_template->height_px)};
+      return Error(ErrorCode::kBadData, "{}: POV-Ray wrote more than an image of {} x {} pixels and was killed",
+                   job.label, job.view_template->width_px, job.view_template->height_px);
     case base::ChildResult::End::kEnded:
       break;
   }

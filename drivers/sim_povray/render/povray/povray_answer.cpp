@@ -120,9 +120,8 @@ Result<Image> as_ordered(Result<Image> image, const RenderJob& job) {
     return Error{image.error().code, fmt::format("{}: POV-Ray's image: {}", job.label, image.error().message)};
   }
   if (image->width_px != job.view_template->width_px || image->height_px != job.view_template->height_px) {
-    return Error{ErrorCode::kBadData,
-                 fmt::format("{}: POV-Ray's image is {} x {} pixels instead of {} x {}", job.label, image->width_px,
-                             image->height_px, job.view_template->width_px, job.view_template->height_px)};
+    return Error(ErrorCode::kBadData, "{}: POV-Ray's image is {} x {} pixels instead of {} x {}", job.label,
+                 image->width_px, image->height_px, job.view_template->width_px, job.view_template->height_px);
   }
   return image;
 }
@@ -179,23 +178,22 @@ std::string missing_file(const std::string& errors) {
 
 Error exit_error(const std::string& label, int wait_status, const std::string& errors, const std::string& scene_path) {
   if (WIFSIGNALED(wait_status)) {
-    return {ErrorCode::kDisconnected,
-            fmt::format("{}: POV-Ray crashed ({})", label, signal_name(WTERMSIG(wait_status)))};
+    return Error(ErrorCode::kDisconnected, "{}: POV-Ray crashed ({})", label, signal_name(WTERMSIG(wait_status)));
   }
   const std::string complaint = povray_complaint(errors, scene_path);
   if (!complaint.empty()) return {ErrorCode::kRefused, complaint};
   const std::string last = last_line(errors);
-  return {ErrorCode::kRefused, fmt::format("{}: POV-Ray stopped with exit status {}{}", label, WEXITSTATUS(wait_status),
-                                           last.empty() ? " and no message" : ": " + last)};
+  return Error(ErrorCode::kRefused, "{}: POV-Ray stopped with exit status {}{}", label, WEXITSTATUS(wait_status),
+               last.empty() ? " and no message" : ": " + last);
 }
 
 Error timeout_error(const std::string& label, std::chrono::nanoseconds timeout) {
-  return {ErrorCode::kTimeout, fmt::format("{}: POV-Ray did not finish within {} s and was killed", label,
-                                           std::chrono::duration<double>(timeout).count())};
+  return Error(ErrorCode::kTimeout, "{}: POV-Ray did not finish within {} s and was killed", label,
+               std::chrono::duration<double>(timeout).count());
 }
 
 Error closed_error(const std::string& label, const char* what) {
-  return {ErrorCode::kDisconnected, fmt::format("{}: the simulation was closed before POV-Ray had {}", label, what)};
+  return Error(ErrorCode::kDisconnected, "{}: the simulation was closed before POV-Ray had {}", label, what);
 }
 
 ImageResult image_from(std::string_view ppm, const RenderJob& job) {

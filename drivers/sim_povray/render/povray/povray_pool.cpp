@@ -122,8 +122,7 @@ void PovrayPool::add(Order order) {
       groups_.push_back(
           std::make_unique<Group>(Group{order.job.view_template, HeldScene(*order.job.view_template), {}, {}, 0}));
     } catch (const std::system_error& e) {
-      order.done(
-          Error{ErrorCode::kUnavailable, fmt::format("{}: no memory for the scene: {}", order.job.label, e.what())});
+      order.done(Error(ErrorCode::kUnavailable, "{}: no memory for the scene: {}", order.job.label, e.what()));
       return;
     }
     found = std::prev(groups_.end());
