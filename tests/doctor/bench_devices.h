@@ -251,7 +251,7 @@ inline Row row_of(const Report& report, const std::string& part, const std::stri
   for (const Row& row : report.rows()) {
     if (row.part == part && row.check == check) return row;
   }
-  return {"", "no such row", table(report), Verdict::kNotRun};
+  return {"", "no such row", table(report), kNotRun};
 }
 
 inline void PrintTo(const Verdict& verdict, std::ostream* out) { *out << to_string(verdict); }

@@ -76,8 +76,8 @@ TEST_P(Emulateds, AreFoundInOrder) {
     if (!report.has_failed()) break;
   }
   EXPECT_FALSE(report.has_failed()) << table(report);
-  EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, Verdict::kOk) << table(report);
-  EXPECT_EQ(row_of(report, "drive", "left wheel").verdict, Verdict::kOk) << table(report);
+  EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, kOk) << table(report);
+  EXPECT_EQ(row_of(report, "drive", "left wheel").verdict, kOk) << table(report);
   EXPECT_THAT(row_of(report, "drive", "least speed").measured, testing::HasSubstr("turns both wheels"));
 }
 
@@ -96,11 +96,11 @@ TEST(CrossedMotors, WithAControlLoopRunAwayAndTheirPlugsAreNamed) {
       checked_in_real_time({"crossed", std::string(emulator::kArduinoEmulator), "ros_arduino_bridge", 1440, true});
   for (const char* wheel : {"left wheel", "right wheel"}) {
     const Row row = row_of(report, "drive", wheel);
-    EXPECT_EQ(row.verdict, Verdict::kFailed) << table(report);
+    EXPECT_EQ(row.verdict, kFailed) << table(report);
     EXPECT_THAT(row.measured, testing::HasSubstr("ran away")) << table(report);
     EXPECT_THAT(row.advice, testing::HasSubstr("the two motors' plugs, not the encoders'")) << table(report);
   }
-  EXPECT_EQ(row_of(report, "drive", "stop time").verdict, Verdict::kNotRun) << "the wheels do not obey";
+  EXPECT_EQ(row_of(report, "drive", "stop time").verdict, kNotRun) << "the wheels do not obey";
 }
 
 }  // namespace
