@@ -100,31 +100,27 @@ TEST_P(BadRigKey, IsRefusedInTheseWords) {
   EXPECT_EQ(message_of([&] { parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }), GetParam().message);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, BadRigKey,
-    testing::Values(
-        BadCase{"TiltInDegrees", "[0.011, -0.007]", "[0.011, 5]",
-                "robot.yaml:34: rig.upper.tilt_rad[1] is 5 rad, must be > -pi/4 and < pi/4"},
-        BadCase{"ThreeTilts", "[0.011, -0.007]", "[0.011, 0, 0]",
-                "robot.yaml:34: rig.upper.tilt_rad is [0.011, 0, 0] rad, must be a list of 2 numbers (radians)"},
-        BadCase{"OffsetIsNoNumber", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [left, 0]",
-                "robot.yaml:23: rig.axis_offset_m[0] is 'left', must be a number (metres)"},
-        BadCase{"SixCoefficients", "tilt_rad: [0.011, -0.007]", "distortion: [1, 2, 3, 4, 5, 6]",
-                "robot.yaml:34: rig.upper.distortion is a list of 6, must be a list of 0 or 4 or 5 or 8 numbers"},
-        BadCase{"FocalLengthWithoutALens", "tilt_rad: [0.011, -0.007]", "distortion_focal_px: [700, 700]",
-                "robot.yaml:34: rig.upper.distortion_focal_px is [700, 700] px, must be absent without distortion"},
-        BadCase{"NoFocalLength", "tilt_rad: [0.011, -0.007]",
-                "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: [700, 0]",
-                "robot.yaml:35: rig.upper.distortion_focal_px[1] is 0 px, must be > 0"},
-        BadCase{"FocalLengthOfAWord", "tilt_rad: [0.011, -0.007]",
-                "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: long",
-                "robot.yaml:35: rig.upper.distortion_focal_px is 'long', must be a number or a list of 2 numbers "
-                "(pixels)"},
-        BadCase{"TwoLenses", "tilt_rad: [0.011, -0.007]",
-                "distortion: [0.1, 0, 0, 0]\n    camera_info: good_camera_info.yaml",
-                "robot.yaml:35: rig.upper.camera_info is 'good_camera_info.yaml', must be absent beside distortion"},
-        BadCase{"NoSuchFile", "tilt_rad: [0.011, -0.007]", "camera_info: nowhere.yaml", "nowhere.yaml: no such file"}),
-    name_of<BadCase>);
+const BadCase kBadRigKeys[] = {
+    {"TiltInDegrees", "[0.011, -0.007]", "[0.011, 5]",
+     "robot.yaml:34: rig.upper.tilt_rad[1] is 5 rad, must be > -pi/4 and < pi/4"},
+    {"ThreeTilts", "[0.011, -0.007]", "[0.011, 0, 0]",
+     "robot.yaml:34: rig.upper.tilt_rad is [0.011, 0, 0] rad, must be a list of 2 numbers (radians)"},
+    {"OffsetIsNoNumber", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [left, 0]",
+     "robot.yaml:23: rig.axis_offset_m[0] is 'left', must be a number (metres)"},
+    {"SixCoefficients", "tilt_rad: [0.011, -0.007]", "distortion: [1, 2, 3, 4, 5, 6]",
+     "robot.yaml:34: rig.upper.distortion is a list of 6, must be a list of 0 or 4 or 5 or 8 numbers"},
+    {"FocalLengthWithoutALens", "tilt_rad: [0.011, -0.007]", "distortion_focal_px: [700, 700]",
+     "robot.yaml:34: rig.upper.distortion_focal_px is [700, 700] px, must be absent without distortion"},
+    {"NoFocalLength", "tilt_rad: [0.011, -0.007]", "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: [700, 0]",
+     "robot.yaml:35: rig.upper.distortion_focal_px[1] is 0 px, must be > 0"},
+    {"FocalLengthOfAWord", "tilt_rad: [0.011, -0.007]", "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: long",
+     "robot.yaml:35: rig.upper.distortion_focal_px is 'long', must be a number or a list of 2 numbers "
+     "(pixels)"},
+    {"TwoLenses", "tilt_rad: [0.011, -0.007]", "distortion: [0.1, 0, 0, 0]\n    camera_info: good_camera_info.yaml",
+     "robot.yaml:35: rig.upper.camera_info is 'good_camera_info.yaml', must be absent beside distortion"},
+    {"NoSuchFile", "tilt_rad: [0.011, -0.007]", "camera_info: nowhere.yaml", "nowhere.yaml: no such file"}};
+
+INSTANTIATE_TEST_SUITE_P(All, BadRigKey, testing::ValuesIn(kBadRigKeys), name_of<BadCase>);
 
 TEST(RigKeys, ACameraInfoOfAnotherImageIsRefusedWithItsOwnLines) {
   const fs::path file = data("good_camera_info.yaml");

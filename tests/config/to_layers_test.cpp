@@ -300,42 +300,41 @@ TEST_P(MismatchTest, IsRefusedInTheseWords) {
   EXPECT_EQ(message_of([&] { to_robot_settings(robot, map, 1); }), GetParam().message);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, MismatchTest,
-    testing::Values(
-        Mismatch{"LandmarkThatTheMapHasNot",
-                 [](Robot& robot, Map&) {
-                   robot.estimator.landmarks = {"red", "blue", "green"};
-                 },
-                 "r.yaml: estimator.landmarks names 'blue', must be a landmark of m.yaml: red, green"},
-        Mismatch{"StartBeyondAWall", [](Robot& robot, Map&) { robot.start->x_m = 3.4; },
-                 "r.yaml: start has x = 3.4 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3"},
-        Mismatch{"StartInAnotherCountry",
-                 [](Robot& robot, Map&) {
-                   robot.start = Pose2{-9, 9.5, 0};
-                 },
-                 "r.yaml: start has x = -9 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3\n"
-                 "r.yaml: start has y = 9.5 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
-        Mismatch{"WaypointBeyondAWall", [](Robot& robot, Map&) { robot.waypoints[1].y_m = -1.8; },
-                 "r.yaml: waypoints_m[1] has y = -1.8 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
-        Mismatch{"NoStart", [](Robot& robot, Map&) { robot.start.reset(); },
-                 "r.yaml: start is missing: the pose at which the scene shows the robot; driver sim_povray needs it"},
-        Mismatch{"NoScene", [](Robot&, Map& map) { map.scene.reset(); },
-                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
-        Mismatch{"OneSimulatedPartIsEnough",
-                 [](Robot& robot, Map& map) {
-                   robot.drive.driver = robot.lower.driver = "memory";
-                   map.scene.reset();
-                 },
-                 "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
-        Mismatch{"AttachWithoutTheSimulator",
-                 [](Robot& robot, Map&) {
-                   robot.attach = "hall";
-                   robot.drive.driver = robot.lower.driver = robot.upper.driver = "memory";
-                   robot.others.clear();
-                 },
-                 "r.yaml: attach is 'hall', must be absent: no part has driver sim_povray"}),
-    name_of<Mismatch>);
+const Mismatch kMismatches[] = {
+    {"LandmarkThatTheMapHasNot",
+     [](Robot& robot, Map&) {
+       robot.estimator.landmarks = {"red", "blue", "green"};
+     },
+     "r.yaml: estimator.landmarks names 'blue', must be a landmark of m.yaml: red, green"},
+    {"StartBeyondAWall", [](Robot& robot, Map&) { robot.start->x_m = 3.4; },
+     "r.yaml: start has x = 3.4 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3"},
+    {"StartInAnotherCountry",
+     [](Robot& robot, Map&) {
+       robot.start = Pose2{-9, 9.5, 0};
+     },
+     "r.yaml: start has x = -9 m, must be within bounds_m.x of m.yaml, -2.1 to 3.3\n"
+     "r.yaml: start has y = 9.5 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
+    {"WaypointBeyondAWall", [](Robot& robot, Map&) { robot.waypoints[1].y_m = -1.8; },
+     "r.yaml: waypoints_m[1] has y = -1.8 m, must be within bounds_m.y of m.yaml, -1.7 to 2.9"},
+    {"NoStart", [](Robot& robot, Map&) { robot.start.reset(); },
+     "r.yaml: start is missing: the pose at which the scene shows the robot; driver sim_povray needs it"},
+    {"NoScene", [](Robot&, Map& map) { map.scene.reset(); },
+     "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
+    {"OneSimulatedPartIsEnough",
+     [](Robot& robot, Map& map) {
+       robot.drive.driver = robot.lower.driver = "memory";
+       map.scene.reset();
+     },
+     "m.yaml: scene is missing: the POV-Ray file; driver sim_povray of r.yaml needs it"},
+    {"AttachWithoutTheSimulator",
+     [](Robot& robot, Map&) {
+       robot.attach = "hall";
+       robot.drive.driver = robot.lower.driver = robot.upper.driver = "memory";
+       robot.others.clear();
+     },
+     "r.yaml: attach is 'hall', must be absent: no part has driver sim_povray"}};
+
+INSTANTIATE_TEST_SUITE_P(All, MismatchTest, testing::ValuesIn(kMismatches), name_of<Mismatch>);
 
 TEST(ToRobotSettings, WhatTheDriversRejectIsAFileErrorToo) {
   Robot robot = good_robot();

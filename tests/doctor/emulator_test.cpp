@@ -81,13 +81,13 @@ TEST_P(Emulateds, AreFoundInOrder) {
   EXPECT_THAT(row_of(report, "drive", "least speed").measured, testing::HasSubstr("turns both wheels"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Protocols, Emulateds,
-                         testing::Values(Controller{"ros_arduino_bridge", "ros_arduino_bridge", "ros_arduino_bridge",
-                                                    1440},
-                                         Controller{"roboclaw", "roboclaw", "roboclaw", 508.8},
-                                         Controller{"create2", "create2", "create2", 508.8},
-                                         Controller{"arduino_emulator", std::string(emulator::kArduinoEmulator),
-                                                    "ros_arduino_bridge", 1440}),
+const Controller kProtocols[] = {
+    {"ros_arduino_bridge", "ros_arduino_bridge", "ros_arduino_bridge", 1440},
+    {"roboclaw", "roboclaw", "roboclaw", 508.8},
+    {"create2", "create2", "create2", 508.8},
+    {"arduino_emulator", std::string(emulator::kArduinoEmulator), "ros_arduino_bridge", 1440}};
+
+INSTANTIATE_TEST_SUITE_P(Protocols, Emulateds, testing::ValuesIn(kProtocols),
                          [](const auto& each) { return std::string(each.param.name); });
 
 // Catches the advice to check the encoders' wiring where each control loop drives the other wheel.
