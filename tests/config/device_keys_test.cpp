@@ -5,7 +5,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/robot_file.h"
-#include "apps/config/to_layers.h"
 #include "tests/config/fixtures.h"
 
 namespace twocone::config {

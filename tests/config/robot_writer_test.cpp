@@ -5,7 +5,6 @@
 #include <fstream>
 #include <numbers>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>

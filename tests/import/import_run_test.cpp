@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/import/import_run.h"
 
-#include <cmath>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
