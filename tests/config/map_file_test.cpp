@@ -2,12 +2,12 @@
 #include "apps/config/map_file.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include "tests/config/fixtures.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::config {
 namespace {
@@ -76,15 +76,9 @@ TEST(MapFile, ANodeOfARelativeFileHasAnAbsoluteScene) {
 }
 
 TEST(MapFile, ANodeOfARealRoomGetsNoScene) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "real_room.map.yaml";
-  {
-    std::FILE* stream = std::fopen(file.c_str(), "wb");
-    ASSERT_NE(stream, nullptr);
-    std::fputs("bounds_m: {x: [0, 1], y: [0, 1]}\nlandmarks: []\n", stream);
-    std::fclose(stream);
-  }
+  const testing_support::TemporaryFolder folder;
+  const auto file = folder.write("room.map.yaml", "bounds_m: {x: [0, 1], y: [0, 1]}\nlandmarks: []\n");
   EXPECT_EQ(parse_map(load_map_node(file), file).scene, std::nullopt);
-  std::filesystem::remove(file);
 }
 
 TEST(MapFile, ASceneInPlaceOfAMapIsRejected) {
