@@ -38,26 +38,16 @@ TEST(TimeBudget, MakesARobotAdaptiveForARun) {
 }
 
 TEST(TimeBudget, IsRefusedWhereItCannotBeKept) {
-  const config::Robot robot = config::read_robot(kLab);
-  EXPECT_EQ(
-      error_of<std::invalid_argument>([&] { (void)estimation::with_budget(robot, estimation::Method::kPaper, 0.02); }),
-      "method paper has no stages to stop at: a time budget needs method outline");
-  EXPECT_EQ(
-      error_of<std::invalid_argument>([&] { (void)estimation::with_budget(robot, estimation::Method::kOutline, 0); }),
-      "the time budget is 0 ms, must be > 0 ms and finite");
-  EXPECT_EQ(error_of<std::invalid_argument>(
-                [&] { (void)estimation::with_budget(robot, estimation::Method::kOutline, -0.25); }),
-            "the time budget is -250 ms, must be > 0 ms and finite");
-  EXPECT_EQ(error_of<std::invalid_argument>([&] {
-              (void)estimation::with_budget(robot, estimation::Method::kOutline,
-                                            std::numeric_limits<double>::infinity());
-            }),
+  const auto refusal = [robot = config::read_robot(kLab)](estimation::Method method, double budget_s) {
+    return error_of<std::invalid_argument>([&] { (void)estimation::with_budget(robot, method, budget_s); });
+  };
+  using enum estimation::Method;
+  EXPECT_EQ(refusal(kPaper, 0.02), "method paper has no stages to stop at: a time budget needs method outline");
+  EXPECT_EQ(refusal(kOutline, 0), "the time budget is 0 ms, must be > 0 ms and finite");
+  EXPECT_EQ(refusal(kOutline, -0.25), "the time budget is -250 ms, must be > 0 ms and finite");
+  EXPECT_EQ(refusal(kOutline, std::numeric_limits<double>::infinity()),
             "the time budget is inf ms, must be > 0 ms and finite");
-  EXPECT_NE(error_of<std::invalid_argument>([&] {
-              (void)estimation::with_budget(robot, estimation::Method::kOutline,
-                                            std::numeric_limits<double>::quiet_NaN());
-            }),
-            "no error");
+  EXPECT_NE(refusal(kOutline, std::numeric_limits<double>::quiet_NaN()), "no error");
 }
 
 TEST(MethodOf, IsTheFilesOrTheDefault) {
