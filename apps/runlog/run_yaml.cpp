@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runlog/run_data.h"
 
-#include <array>
 #include <string_view>
 #include <system_error>
-#include <utility>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -31,12 +29,6 @@ T field(const YAML::Node& node, const char* key, const fs::path& file) {
     throw config::FileError("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key);
   }
 }
-
-constexpr std::array<std::pair<const char*, std::uint64_t CaptureCounts::*>, 4> kCaptureCounts{
-    {{"lower_skipped", &CaptureCounts::lower_skipped},
-     {"upper_skipped", &CaptureCounts::upper_skipped},
-     {"unpaired", &CaptureCounts::unpaired},
-     {"recoveries", &CaptureCounts::recoveries}}};
 
 constexpr const char* kComment = "A run of twocone: what it was made from. Tables and images lie beside this file.";
 
