@@ -184,38 +184,23 @@ TEST(ToRobotSettings, AServedWorldNeedsNoLocalScene) {
 }
 
 TEST(ToPlace, HasEveryThingOfTheMap) {
-  const sim_povray::PlaceSettings place = to_place(good_map());
-  EXPECT_EQ(place.scene, data("cellar.pov"));
-  EXPECT_EQ(place.unit_m, 0.04);
-  ASSERT_TRUE(place.walls.has_value());
-  EXPECT_EQ(place.walls->min_x_m, -2.1);
-  EXPECT_EQ(place.walls->max_x_m, 3.3);
-  EXPECT_EQ(place.walls->min_y_m, -1.7);
-  EXPECT_EQ(place.walls->max_y_m, 2.9);
-  ASSERT_EQ(place.solids.size(), 4u);
-  EXPECT_EQ(place.solids[0].name, "landmark red");
-  const auto& red = std::get<Disc>(place.solids[0].shape);
-  EXPECT_EQ(red.centre, (FloorPoint{-1.9, 0.7}));
-  EXPECT_EQ(red.radius_m, 0.08);
-  EXPECT_EQ(place.solids[1].name, "landmark green");
-  EXPECT_EQ(place.solids[2].name, "obstacle 1");
-  EXPECT_EQ(std::get<sim_povray::Outline>(place.solids[2].shape),
-            (sim_povray::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}));
-  EXPECT_EQ(place.solids[3].name, "obstacle 2");
-  EXPECT_EQ(std::get<Disc>(place.solids[3].shape).radius_m, 0.25);
-  ASSERT_EQ(place.moving.size(), 2u);
-  EXPECT_EQ(place.moving[0].name, "cart_2");
-  EXPECT_EQ(place.moving[0].path_m, (std::vector<FloorPoint>{{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}}));
-  EXPECT_EQ(place.moving[0].speed_mps, 0.23);
-  EXPECT_TRUE(place.moving[0].loop);
-  EXPECT_EQ(place.moving[0].radius_m, 0.19);
-  EXPECT_FALSE(place.moving[1].loop);
-  EXPECT_FALSE(place.switches.shadows);
-  EXPECT_TRUE(place.switches.area_lights);
-  EXPECT_FALSE(place.switches.photons);
-  EXPECT_TRUE(place.switches.radiosity);
-  EXPECT_TRUE(place.switches.media);
-  EXPECT_EQ(place.switches.reflection_depth, 3);
+  sim_povray::PlaceSettings wanted;
+  wanted.scene = data("cellar.pov");
+  wanted.scene_paths = good_map().scene_paths;
+  wanted.unit_m = 0.04;
+  wanted.walls = Bounds{.min_x_m = -2.1, .max_x_m = 3.3, .min_y_m = -1.7, .max_y_m = 2.9};
+  wanted.solids = {{"landmark red", Disc{{-1.9, 0.7}, 0.08}},
+                   {"landmark green", Disc{{2.3, -1.1}, 0.11}},
+                   {"obstacle 1", sim_povray::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}},
+                   {"obstacle 2", Disc{{1.2, -0.8}, 0.25}}};
+  wanted.moving = {{.name = "cart_2",
+                    .path_m = {{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}},
+                    .speed_mps = 0.23,
+                    .loop = true,
+                    .radius_m = 0.19},
+                   {.name = "cat", .path_m = {{-1.2, 2.1}, {-0.3, 2.2}}, .speed_mps = 0.6, .radius_m = 0.11}};
+  wanted.switches = {.shadows = false, .photons = false, .reflection_depth = 3};
+  EXPECT_EQ(all_of(to_place(good_map())), all_of(wanted));
 }
 
 TEST(ToPlace, APlaceThatCannotBeServedIsAFileError) {
