@@ -51,6 +51,11 @@ Row drive_failed(const std::string& check, const Error& error);
 class Report {
  public:
   void add(Row row) { rows_.push_back(std::move(row)); }
+  /// Adds the row of a check that many parts have, and names its part.
+  void add(const std::string& part, Row row) {
+    row.part = part;
+    add(std::move(row));
+  }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   [[nodiscard]] std::size_t count(Verdict verdict) const;
   [[nodiscard]] bool has_failed() const { return count(kFailed) > 0; }

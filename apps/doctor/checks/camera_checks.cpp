@@ -239,26 +239,22 @@ bool FrameWait::outlasts(const Error& error) {
 
 void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
                   Report& report) {
-  const auto add = [&](Row row) {
-    row.part = test.name;
-    report.add(std::move(row));
-  };
   const auto failed = [&](const char* check, const Error& error) {
-    add(failed_row(test.name, check, error, camera_advice(error.code)));
+    report.add(failed_row(test.name, check, error, camera_advice(error.code)));
   };
   const Stopping stopping(camera);
   if (const auto applied = camera.configure(test.asked.settings); !applied) return failed("format", applied.error());
   const CameraFacts facts = camera.facts();
-  add(judge_format(test.asked, facts));
-  for (Row& row : judge_controls(test.asked.device.controls, facts.controls)) add(std::move(row));
+  report.add(test.name, judge_format(test.asked, facts));
+  for (const Row& row : judge_controls(test.asked.device.controls, facts.controls)) report.add(test.name, row);
   if (const auto started = camera.start(); !started) return failed("stream", started.error());
 
   const Footage stream = take_stream(camera, seconds, fmt::format("camera {}", test.name), surroundings);
   if (stream.ended_by) failed("stream", *stream.ended_by);
   if (!stream.periods_s.empty()) {
-    for (Row& row : judge_stream(stream, test.asked.settings)) add(std::move(row));
+    for (const Row& row : judge_stream(stream, test.asked.settings)) report.add(test.name, row);
   } else if (!stream.ended_by) {
-    add({"", "stream", "too few frames were received", kFailed, camera_advice(ErrorCode::kTimeout)});
+    report.add({test.name, "stream", "too few frames were received", kFailed, camera_advice(ErrorCode::kTimeout)});
   }
   if (!stream.image) return;
   if (*stream.image) {

@@ -187,16 +187,12 @@ Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, c
 void check_image(const std::string& part, const Image& image, const std::optional<vision::RimCircle>& believed,
                  Report& report) {
   const cv::Mat rgb = estimation::as_mat(image);
-  const auto add = [&](Row row) {
-    row.part = part;
-    report.add(std::move(row));
-  };
   std::optional<vision::RimCircle> found;
   if (believed) found = vision::find_rim(rgb, *believed);
-  add(judge_exposure(exposure_of(rgb, found ? found : believed)));
+  report.add(part, judge_exposure(exposure_of(rgb, found ? found : believed)));
   if (!believed) return;
-  add(judge_mirror(found, vision::rim_may_show(rgb, *believed), *believed, part));
-  if (found) add(judge_focus(edge_width_px(rgb, *found)));
+  report.add(part, judge_mirror(found, vision::rim_may_show(rgb, *believed), *believed, part));
+  if (found) report.add(part, judge_focus(edge_width_px(rgb, *found)));
 }
 
 }  // namespace twocone::doctor
