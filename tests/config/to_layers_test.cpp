@@ -103,47 +103,33 @@ std::string all_of(const drivers::RobotSettings& settings) {
 }
 
 TEST(ToRobotSettings, TakesEachFieldFromItsPlace) {
-  const drivers::RobotSettings settings = to_robot_settings(good_robot(), good_map(), 77);
-  EXPECT_EQ(settings.lower.driver, "sim_povray");
-  EXPECT_EQ(settings.lower.settings, (CameraSettings{.width_px = 641, .height_px = 479, .rate_hz = 12.5}));
-  EXPECT_EQ(settings.lower.antialias, 2);
-  EXPECT_EQ(settings.upper.settings, (CameraSettings{.width_px = 322, .height_px = 243, .rate_hz = 12.5}));
-  EXPECT_EQ(settings.upper.antialias, 1);
-  EXPECT_EQ(settings.drive.driver, "sim_povray");
-  EXPECT_EQ(settings.drive.limits.max_speed_radps, 0.37 / 0.043);
-  EXPECT_EQ(settings.drive.limits.command_timeout, milliseconds(410));
-  EXPECT_EQ(settings.max_skew, milliseconds(11));
-
-  EXPECT_EQ(settings.lower.effects, good_robot().lower.effects);
-  EXPECT_EQ(settings.upper.effects, good_robot().upper.effects);
-  EXPECT_NE(settings.lower.effects, settings.upper.effects);
-  ASSERT_EQ(settings.others.size(), 1u);
-  EXPECT_EQ(settings.others[0].name, "aft_2");
-  EXPECT_EQ(settings.others[0].part.driver, "sim_povray");
-  EXPECT_EQ(settings.others[0].part.settings, (CameraSettings{.width_px = 80, .height_px = 60, .rate_hz = 12.5}));
-  EXPECT_EQ(settings.others[0].part.effects, good_robot().others[0].camera.effects);
-
-  ASSERT_TRUE(settings.world.has_value());
-  EXPECT_TRUE(settings.world->attach.empty());
-  const sim_povray::SessionSettings& session = settings.world->session;
-  EXPECT_EQ(session.name, "nina");
-  EXPECT_EQ(session.drive.max_speed_radps, 0.37 / 0.043);
-  EXPECT_EQ(session.drive.command_timeout, milliseconds(410));
-  EXPECT_EQ(session.run_ahead_frames, 5) << "latency_frames plus two";
-  EXPECT_EQ(session.body.start, (Pose2{.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53}));
-  EXPECT_EQ(session.body.radius_m, 0.17);
-  EXPECT_EQ(session.body.wheels.separation_m, 0.29);
-  EXPECT_EQ(session.body.wheels.radius_m, 0.043);
-  EXPECT_EQ(session.body.wheels.slip, 0.013);
-  EXPECT_EQ(session.body.wheels.encoder_counts_per_turn, 1200);
-  EXPECT_EQ(session.body.wheels.lag_s, 0.07);
-  EXPECT_EQ(session.body.command_timeout, milliseconds(410));
-  EXPECT_EQ(session.body.seed, 77u);
-  ASSERT_TRUE(session.body.physics.has_value());
-  EXPECT_EQ(session.body.physics->mass_kg, 4.2);
-  EXPECT_EQ(session.body.physics->body_friction, 0.25);
-  EXPECT_EQ(session.body.physics->wheel_friction, sim_povray::Physics{}.wheel_friction) << "not in the file";
-  EXPECT_EQ(all_of(settings.world->place), all_of(to_place(good_map())));
+  const Robot robot = good_robot();
+  const DriveLimits limits{.max_speed_radps = 0.37 / 0.043, .command_timeout = milliseconds(410)};
+  drivers::RobotSettings wanted;
+  wanted.lower = {.driver = "sim_povray", .settings = {641, 479, 12.5}, .antialias = 2, .effects = robot.lower.effects};
+  wanted.upper = {.driver = "sim_povray", .settings = {322, 243, 12.5}, .antialias = 1, .effects = robot.upper.effects};
+  wanted.drive = {.driver = "sim_povray", .limits = limits};
+  wanted.max_skew = milliseconds(11);
+  wanted.others = {
+      {"aft_2", {.driver = "sim_povray", .settings = {80, 60, 12.5}, .effects = robot.others.at(0).camera.effects}}};
+  drivers::SimulatedWorld& world = wanted.world.emplace();
+  world.place = to_place(good_map());
+  world.session.name = "nina";
+  world.session.drive = limits;
+  world.session.run_ahead_frames = 5;  // latency_frames plus two
+  world.session.body.start = {.x_m = 0.31, .y_m = -0.42, .heading_rad = 0.53};
+  world.session.body.radius_m = 0.17;
+  world.session.body.wheels.separation_m = 0.29;
+  world.session.body.wheels.radius_m = 0.043;
+  world.session.body.wheels.slip = 0.013;
+  world.session.body.wheels.encoder_counts_per_turn = 1200;
+  world.session.body.wheels.lag_s = 0.07;
+  world.session.body.command_timeout = milliseconds(410);
+  world.session.body.physics.emplace().mass_kg = 4.2;  // wheel_friction is not in the file
+  world.session.body.physics->body_friction = 0.25;
+  world.session.body.seed = 77;
+  EXPECT_EQ(all_of(to_robot_settings(robot, good_map(), 77)), all_of(wanted));
+  EXPECT_NE(robot.lower.effects, robot.upper.effects);
 }
 
 TEST(ToRobotSettings, TheWorldsWheelsMayDifferFromTheBelievedOnes) {
