@@ -163,7 +163,7 @@ Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   const CameraSettings& got = applied.settings;
   Row row{"", "format",
           fmt::format("{}: {} {} x {}, {:g} Hz{}", applied.device, applied.format, got.width_px, got.height_px,
-                      got.rate_hz, applied.rate_told ? "" : " as requested (the camera does not report it)")};
+                      got.rate_hz, applied.has_rate ? "" : " as requested (the camera does not report it)")};
   if (got.width_px != want.width_px || got.height_px != want.height_px) {
     row.judge(
         kFailed,
