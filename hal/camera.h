@@ -27,7 +27,7 @@ void check(const CameraSettings& settings);
 /// A description of a camera and of the settings that it applied, for a person and for records.
 struct CameraFacts {
   CameraSettings settings;  ///< as applied
-  bool rate_told = true;    ///< false: the device does not report its rate; `settings.rate_hz` is the requested one
+  bool has_rate = true;     ///< false: the device does not report its rate; `settings.rate_hz` is the requested one
   std::string device;       ///< model and place: "vivid (/dev/video0)"; empty: no device
   std::string format;       ///< pixel format by the driver's name; empty: no device
   /// Names and values as read back from the device, in the order in which they were set.

@@ -189,8 +189,6 @@ bool meet(const Point& a, const Point& b, const Point& c, const Point& d) {
          (cdb == 0 && is_between(b, c, d));
 }
 
-bool is_same(const Point& a, const Point& b) { return a.x_m == b.x_m && a.y_m == b.y_m; }
-
 /// Returns whether the edge b-c runs back over a-b.
 bool folds_back(const Point& a, const Point& b, const Point& c) {
   const double along = (a.x_m - b.x_m) * (c.x_m - b.x_m) + (a.y_m - b.y_m) * (c.y_m - b.y_m);
@@ -204,7 +202,7 @@ bool is_simple(const Polygon& corners) {
   if (count < 3) return false;
   const auto corner = [&](std::size_t i) -> const Point& { return corners[i % count]; };
   for (std::size_t i = 0; i < count; ++i) {
-    if (is_same(corner(i), corner(i + 1)) || folds_back(corner(i), corner(i + 1), corner(i + 2))) return false;
+    if (corner(i) == corner(i + 1) || folds_back(corner(i), corner(i + 1), corner(i + 2))) return false;
     // Skips the edges next to edge i. The last edge is next to edge 0.
     for (std::size_t j = i + 2; j < count && j - i < count - 1; ++j) {
       if (meet(corner(i), corner(i + 1), corner(j), corner(j + 1))) return false;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/config/robot_file.h"
 
-#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
+#include <boost/algorithm/string.hpp>
 
 #include "apps/config/keys/robot_keys.h"
 #include "apps/config/yaml/names.h"
@@ -117,17 +117,10 @@ void part_cameras(YAML::Node& cameras, const std::vector<NamedCameraEntry>& othe
 }
 
 /// Returns `line` as comments. A line break inside it must not end the comment.
-std::string commented(std::string_view line) {
-  std::string text = "#";
-  if (!line.empty()) text += ' ';
-  for (const char c : line) {
-    if (c == '\n' || c == '\r') {
-      text += "\n# ";
-    } else {
-      text += c;
-    }
-  }
-  return text + '\n';
+std::string commented(std::string line) {
+  boost::replace_all(line, "\r", "\n");
+  boost::replace_all(line, "\n", "\n# ");
+  return (line.empty() ? "#" : "# ") + line + '\n';
 }
 
 }  // namespace

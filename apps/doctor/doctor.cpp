@@ -50,7 +50,7 @@ class Examination {
     try {
       if (const auto settings = check_files()) check_parts(*settings);
     } catch (const Interrupted& interrupted) {
-      report_.add({"robot", "complete", interrupted.what(), Verdict::kFailed, "run it again and let it finish"});
+      report_.add({"robot", "complete", interrupted.what(), kFailed, "run it again and let it finish"});
     }
     return std::move(report_);
   }
@@ -61,7 +61,7 @@ class Examination {
     try {
       map = config::read_map(robot_.map);
     } catch (const config::FileError& error) {
-      report_.add({"files", "map", error.what(), Verdict::kFailed, "correct the map, or map: in the robot file"});
+      report_.add({"files", "map", error.what(), kFailed, "correct the map, or map: in the robot file"});
     }
     try {
       auto settings = config::to_robot_settings(robot_, map.value_or(any_map(robot_.map)), 1);
@@ -70,7 +70,7 @@ class Examination {
         report_.add({"files", "robot and map", fmt::format("{}: {} landmarks", robot_.name, map->landmarks.size())});
       return settings;
     } catch (const config::FileError& error) {
-      report_.add({"files", "consistency", error.what(), Verdict::kFailed, "correct the robot file"});
+      report_.add({"files", "consistency", error.what(), kFailed, "correct the robot file"});
     }
     return std::nullopt;
   }
@@ -150,7 +150,7 @@ class Examination {
   }
 
   void report_deviceless(const std::string& part, const std::string& driver) {
-    report_.add({part, "driver", fmt::format("{}: no device", driver), Verdict::kNotRun,
+    report_.add({part, "driver", fmt::format("{}: no device", driver), kNotRun,
                  "name a driver with a device (twocone devices)"});
   }
 
@@ -163,7 +163,7 @@ class Examination {
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& error) {
-      report_.add({part, "exception", error.what(), Verdict::kFailed, "see the message"});
+      report_.add({part, "exception", error.what(), kFailed, "see the message"});
     }
   }
 
@@ -183,7 +183,7 @@ class Examination {
 
   void check_pair_part(const drivers::RobotSettings& settings) {
     if (works_.size() < 2) {
-      report_.add({"pair", "stream", "one of its cameras cannot be opened", Verdict::kNotRun, "see the cameras' rows"});
+      report_.add({"pair", "stream", "one of its cameras cannot be opened", kNotRun, "see the cameras' rows"});
       return;
     }
     const OpenPair open = [&](std::chrono::nanoseconds max_skew) -> Result<StereoRig> {
@@ -212,7 +212,7 @@ class Examination {
     }
     const DriveUnderTest test{settings.drive, 1 / settings.lower.settings.rate_hz};
     if (!check_standing_drive(test, **drive, surroundings_, report_)) {
-      report_.add({"drive", "moving tests", "the drive is not in order", Verdict::kNotRun, "see the rows above"});
+      report_.add({"drive", "moving tests", "the drive is not in order", kNotRun, "see the rows above"});
       return;
     }
     if (ask_off_the_ground(options_.wheels_off_the_ground, surroundings_, report_) != Permission::kGiven) return;

@@ -102,9 +102,9 @@ Row failed_row(const std::string& part, const std::string& check, const Error& e
     if (message.starts_with(name)) message.erase(0, name.size());
   }
   if (const auto end = message.find("; "); error.code == ErrorCode::kRefused && end != std::string::npos) {
-    return {part, check, message.substr(0, end), Verdict::kFailed, message.substr(end + 2)};
+    return {part, check, message.substr(0, end), kFailed, message.substr(end + 2)};
   }
-  return {part, check, message, Verdict::kFailed, advice};
+  return {part, check, message, kFailed, advice};
 }
 
 Row drive_failed(const std::string& check, const Error& error) {
@@ -134,11 +134,11 @@ std::string table(const Report& report, std::size_t width) {
 }
 
 std::string summary(const Report& report) {
-  const std::size_t ok = report.count(Verdict::kOk);
+  const std::size_t ok = report.count(kOk);
   if (ok == report.rows().size()) return fmt::format("all {} checks ok", ok);
-  const std::size_t warnings = report.count(Verdict::kWarning);
+  const std::size_t warnings = report.count(kWarning);
   return fmt::format("{} ok, {} warning{}, {} failed, {} not run", ok, warnings, warnings == 1 ? "" : "s",
-                     report.count(Verdict::kFailed), report.count(Verdict::kNotRun));
+                     report.count(kFailed), report.count(kNotRun));
 }
 
 }  // namespace twocone::doctor

@@ -17,6 +17,7 @@ enum class Verdict {
   kFailed,   ///< the robot does not work in this state, or not safely
   kNotRun,   ///< the result is unknown: `advice` states what the check needs
 };
+using enum Verdict;
 /// As in the table: ok, warning, failed, not run.
 std::string_view to_string(Verdict verdict);
 
@@ -24,7 +25,7 @@ struct Row {
   std::string part;      ///< as in the robot file, without `cameras.`: lower, drive; or files, robot, pair
   std::string check;     ///< the property that was checked
   std::string measured;  ///< with units
-  Verdict verdict = Verdict::kOk;
+  Verdict verdict = kOk;
   std::string advice{};  ///< what to do; empty: nothing is necessary
 
   void judge(Verdict new_verdict, std::string new_advice) {
@@ -50,9 +51,14 @@ Row drive_failed(const std::string& check, const Error& error);
 class Report {
  public:
   void add(Row row) { rows_.push_back(std::move(row)); }
+  /// Adds the row of a check that many parts have, and names its part.
+  void add(const std::string& part, Row row) {
+    row.part = part;
+    add(std::move(row));
+  }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   [[nodiscard]] std::size_t count(Verdict verdict) const;
-  [[nodiscard]] bool has_failed() const { return count(Verdict::kFailed) > 0; }
+  [[nodiscard]] bool has_failed() const { return count(kFailed) > 0; }
 
  private:
   std::vector<Row> rows_;

@@ -35,8 +35,7 @@ struct ImageList {
 ImageList list_images(const std::filesystem::path& folder, const std::filesystem::path& times_file, StampUnit unit);
 
 /// Reports an image that cannot be decoded, because it is incomplete or not an image. The message is one line.
-class UnreadableImage : public config::FormattedError {
- public:
+struct UnreadableImage : config::FormattedError {
   using FormattedError::FormattedError;
 };
 

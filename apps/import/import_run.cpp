@@ -62,10 +62,6 @@ Stamp skew_limit(const Recording& recording, const Camera& lower, const Camera& 
   return Stamp(std::llround(limit_s * 1e9));
 }
 
-Stamp skew_of(const Pair& pair, const Camera& lower, const Camera& upper) {
-  return upper.times[pair.upper] - lower.times[pair.lower];
-}
-
 std::string span(Stamp first, Stamp last) {
   return fmt::format("{:.3f} s to {:.3f} s", to_seconds(first), to_seconds(last));
 }
@@ -114,7 +110,7 @@ std::vector<runlog::FrameRow> frame_rows(const std::vector<Pair>& pairs, const C
     row.frame = i;
     row.t_s = row.lower_t_s = to_seconds(lower.times[of_lower[i]] - zero);
     row.upper_t_s = to_seconds(upper.times[of_upper[i]] - zero);
-    row.skew_s = to_seconds(skew_of(pairs[i], lower, upper));
+    row.skew_s = to_seconds(upper.times[of_upper[i]] - lower.times[of_lower[i]]);
     row.lower_sequence = of_lower[i];
     row.upper_sequence = of_upper[i];
     row.lower_lost = lower_lost[i];

@@ -166,8 +166,7 @@ Expected<Velocity> ConnectedRobot::set_velocity(const Velocity& velocity) {
 
 std::optional<Pose> ConnectedRobot::true_pose() const {
   const auto truth = impl_->robot.true_pose();
-  if (!truth) return std::nullopt;
-  return Pose{truth->x_m, truth->y_m, truth->heading_rad};
+  return truth ? std::optional(interface::to_pose(*truth)) : std::nullopt;
 }
 
 void ConnectedRobot::stop() noexcept { impl_->robot.stop(); }

@@ -108,11 +108,8 @@ RunData read_run(const std::filesystem::path& folder, const std::string& method,
 RunData read_run_with(const std::filesystem::path& folder, const std::filesystem::path& results,
                       const std::string& method, Tables tables) {
   RunData run;
+  static_cast<RunYaml&>(run) = read_run_yaml(folder);
   run.folder = folder;
-  RunYaml yaml = read_run_yaml(folder);
-  run.info = std::move(yaml.info);
-  run.robot = std::move(yaml.robot);
-  run.map = std::move(yaml.map);
   run.method = method.empty() ? method_of(results).value_or(run.info.method) : method;
 
   // frames.csv is written last and therefore read first. For each of its rows, the rows of the other tables exist.

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/config/map_file.h"
@@ -19,6 +21,11 @@ struct CaptureCounts {
   std::uint64_t unpaired = 0;                          ///< frames without a partner within the skew limit
   std::uint64_t recoveries = 0;                        ///< number of times a camera disappeared and came back
 };
+/// Their keys in run.yaml and summary.json.
+inline constexpr std::array kCaptureCounts{std::pair{"lower_skipped", &CaptureCounts::lower_skipped},
+                                           std::pair{"upper_skipped", &CaptureCounts::upper_skipped},
+                                           std::pair{"unpaired", &CaptureCounts::unpaired},
+                                           std::pair{"recoveries", &CaptureCounts::recoveries}};
 
 /// The behaviour of a run that another program recorded (apps/import).
 inline constexpr const char* kImported = "imported";
@@ -53,6 +60,13 @@ struct RunInfo {
   double own_cpu_s = 0;                       ///< processor time of this program
   double render_cpu_s = 0;                    ///< processor time of its child processes: POV-Ray
   std::vector<std::string> events;            ///< events during the run, one sentence each
+};
+
+/// The content of run.yaml: info, robot and map.
+struct RunYaml {
+  RunInfo info;
+  config::Robot robot;
+  config::Map map;
 };
 
 /// A row of frames.csv.
@@ -138,11 +152,8 @@ struct PoseRow {
 };
 
 /// A run folder in memory (docs/file-formats.md). The images stay on disk.
-struct RunData {
+struct RunData : RunYaml {
   std::filesystem::path folder;
-  RunInfo info;
-  config::Robot robot;
-  config::Map map;
   std::string method;  ///< the method of these ranges, fixes and estimate
   std::vector<FrameRow> frames;
   std::vector<DriveRow> drive;
@@ -212,12 +223,6 @@ void write_run_yaml_for_robot(const std::filesystem::path& from, const std::file
 void write_run_yaml_for_map(const std::filesystem::path& from, const std::filesystem::path& map_file,
                             const std::string& event, const std::filesystem::path& to);
 
-/// The content of run.yaml: info, robot and map.
-struct RunYaml {
-  RunInfo info;
-  config::Robot robot;
-  config::Map map;
-};
 RunYaml read_run_yaml(const std::filesystem::path& folder);
 
 /// Returns the first difference between the robot file and map in run.yaml and the present files, for example

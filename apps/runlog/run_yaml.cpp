@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runlog/run_data.h"
 
-#include <array>
+#include <regex>
 #include <string_view>
 #include <system_error>
-#include <utility>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -31,12 +30,6 @@ T field(const YAML::Node& node, const char* key, const fs::path& file) {
     throw config::FileError("{}:{}: {} cannot be read", file.string(), node[key].Mark().line + 1, key);
   }
 }
-
-constexpr std::array<std::pair<const char*, std::uint64_t CaptureCounts::*>, 4> kCaptureCounts{
-    {{"lower_skipped", &CaptureCounts::lower_skipped},
-     {"upper_skipped", &CaptureCounts::upper_skipped},
-     {"unpaired", &CaptureCounts::unpaired},
-     {"recoveries", &CaptureCounts::recoveries}}};
 
 constexpr const char* kComment = "A run of twocone: what it was made from. Tables and images lie beside this file.";
 
@@ -218,17 +211,13 @@ namespace {
 
 std::string digest_of(std::string_view bytes) { return fmt::format("{:016x}", base::fnv1a(bytes)); }
 
-/// Returns the texts between quotation marks that may be names of files. Those in comments do no harm.
+/// Returns the texts between quotation marks that may be names of files. Those in comments do no harm. A single
+/// quotation mark, for example in a comment, does not hide the names after it.
 std::vector<std::string> quoted_in(const std::string& text) {
+  static const std::regex kQuoted("\"([^\"\n]{1,255})\"");
   std::vector<std::string> names;
-  for (std::size_t open = text.find('"'); open != std::string::npos;) {
-    const std::size_t close = text.find('"', open + 1);
-    if (close == std::string::npos) break;
-    std::string name = text.substr(open + 1, close - open - 1);
-    // A single quotation mark, for example in a comment, must not hide the names after it.
-    const bool is_name = !name.empty() && name.size() < 256 && name.find('\n') == std::string::npos;
-    if (is_name) names.push_back(std::move(name));
-    open = is_name ? text.find('"', close + 1) : close;
+  for (std::sregex_iterator match(text.begin(), text.end(), kQuoted), end; match != end; ++match) {
+    names.push_back((*match)[1]);
   }
   return names;
 }

@@ -17,27 +17,23 @@
 namespace twocone::cli {
 
 /// A subcommand failed. The message has one or more lines for the user. main() prints them and exits with 1.
-class CommandFailed : public config::FormattedError {
- public:
+struct CommandFailed : config::FormattedError {
   using FormattedError::FormattedError;
 };
 
 /// The work is done, but the data do not decide the question. main() prints the message and exits with 3.
-class Undecided : public config::FormattedError {
- public:
+struct Undecided : config::FormattedError {
   using FormattedError::FormattedError;
 };
 
 /// A signal ended the work in good order. The message names the remaining files and the next step. main() prints the
 /// line and exits with 128 plus the signal's number, as a shell does.
-class Interrupted : public config::FormattedError {
- public:
+struct Interrupted : config::FormattedError {
   using FormattedError::FormattedError;
 };
 
 /// The call itself is wrong. main() prints the line and exits with 2.
-class BadUsage : public config::FormattedError {
- public:
+struct BadUsage : config::FormattedError {
   using FormattedError::FormattedError;
 };
 

@@ -59,7 +59,7 @@ void print_verification(const std::vector<sim_povray::Verification>& results) {
                     std::to_string(result.greatest), fmt::format("{:.4f}", result.mean),
                     fmt::format("{:.0f} ms", 1e3 * result.everything_s),
                     fmt::format("{:.0f} ms", 1e3 * result.choice_s),
-                    result.is_time_told ? fmt::format("{:.0f} %", 100 * saved) : "uncertain"});
+                    result.is_time_sure ? fmt::format("{:.0f} %", 100 * saved) : "uncertain"});
   }
   fmt::print(
       "\nThe first image with everything on and as chosen: pixels in the mirror, differences of 255, and POV-Ray's\n"

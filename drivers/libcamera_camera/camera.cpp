@@ -133,7 +133,7 @@ class LibcameraCamera final : public Camera {
   void do_tell(CameraFacts& facts) const override {
     facts.device = fmt::format("{} ({})", model_, id_);
     if (format_) facts.format = format_->name;
-    facts.rate_told = controls_.rate_hz.has_value();
+    facts.has_rate = controls_.rate_hz.has_value();
     for (const auto& [control, number] : controls_.applied) facts.controls.emplace_back(control->name(), number);
   }
 

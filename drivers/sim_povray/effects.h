@@ -47,7 +47,7 @@ struct Verification {
   double mean = 0;          ///< mean difference over pixels and channels, of 255
   double everything_s = 0;  ///< POV-Ray's processor time for one image, median of three, each in a new process
   double choice_s = 0;
-  bool is_time_told = false;  ///< all three times of one exceed all three of the other; else the gap is noise
+  bool is_time_sure = false;  ///< all three times of one exceed all three of the other; else the gap is noise
   /// If pixels differ: the cause, with file and line as far as known.
   std::string why{};
   /// Whether the scene's or the map's own text requires the difference (a depth of reflections, an effect switched

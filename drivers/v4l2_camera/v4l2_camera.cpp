@@ -66,7 +66,7 @@ class V4l2Camera final : public Camera {
       applied_.controls.emplace_back(set->first, double(set->second));
     }
     applied_.format = format_->format.name;
-    applied_.rate_told = format_->rate_hz.has_value();
+    applied_.has_rate = format_->rate_hz.has_value();
     applied_.settings = {format_->width_px, format_->height_px, format_->rate_hz.value_or(wanted.rate_hz)};
     return applied_.settings;
   }

@@ -55,55 +55,49 @@ TEST_P(BadEstimator, IsRefusedInTheseWords) {
   EXPECT_EQ(message_of([] { parsed_robot(text_with(GetParam().keys)); }), GetParam().message);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Keys, BadEstimator,
-    testing::Values(
-        BadKeys{
-            "Unknown", "  stages: fine",
-            "robot.yaml:57: estimator.stages is unknown, did you mean stage? (known here: method, stage, landmarks, "
-            "bearings, enough_m, budget_s)"},
-        BadKeys{"UnitForgotten", "  stage: adaptive\n  budget: 0.02",
-                "robot.yaml:58: estimator.budget is unknown, did you mean budget_s? (known here: method, stage, "
-                "landmarks, bearings, enough_m, budget_s)"},
-        BadKeys{"NoMapping", "  fast", "robot.yaml:56: estimator is 'fast', must be a mapping"},
-        BadKeys{"UnknownMethod", "  method: fast",
-                "robot.yaml:57: estimator.method is 'fast', must be paper or outline"},
-        BadKeys{"EmptyMethod", "  method: ''", "robot.yaml:57: estimator.method is '', must be text that is not empty"},
-        BadKeys{"UnknownStage", "  stage: finest",
-                "robot.yaml:57: estimator.stage is 'finest', must be found, coarse, fine or adaptive"},
-        BadKeys{"UnknownStageWithBudget", "  stage: adaptiv\n  budget_s: 0.02",
-                "robot.yaml:57: estimator.stage is 'adaptiv', must be found, coarse, fine or adaptive"},
-        BadKeys{"StageOfPaper", "  method: paper\n  stage: fine",
-                "robot.yaml:58: estimator.stage is 'fine', must be absent with method: paper"},
-        BadKeys{"BearingsOfPaper", "  method: paper\n  bearings: false",
-                "robot.yaml:58: estimator.bearings is 'false', must be absent with method: paper"},
-        BadKeys{"BudgetOfPaper", "  method: paper\n  budget_s: 0.02",
-                "robot.yaml:58: estimator.budget_s is 0.02 s, must be absent without stage: adaptive"},
-        BadKeys{"BearingsInWords", "  bearings: no",
-                "robot.yaml:57: estimator.bearings is 'no', must be true or false"},
-        BadKeys{"LandmarksInOneWord", "  landmarks: red",
-                "robot.yaml:57: estimator.landmarks is 'red', must be a list of texts"},
-        BadKeys{"TwoLandmarks", "  landmarks: [red, green]",
-                "robot.yaml:57: estimator.landmarks is ['red', 'green'], must be a list of 3 names or more"},
-        BadKeys{"NoLandmarks", "  landmarks: []",
-                "robot.yaml:57: estimator.landmarks is a list of 0, must be a list of 3 names or more"},
-        BadKeys{"OneLandmarkTwice", "  landmarks: [red, green, blue, red]",
-                "robot.yaml:57: estimator.landmarks is ['red', 'green', 'blue', 'red'], must be a list without "
-                "repetition: 'red' is in it twice"},
-        BadKeys{"LandmarkOfNoName", "  landmarks: [red, {}, blue]",
-                "robot.yaml:57: estimator.landmarks[1] is a mapping, must be text that is not empty"},
-        BadKeys{"NothingIsEnough", "  stage: adaptive\n  enough_m: 0",
-                "robot.yaml:58: estimator.enough_m is 0 m, must be > 0"},
-        BadKeys{"EnoughOfAWord", "  stage: adaptive\n  enough_m: little",
-                "robot.yaml:58: estimator.enough_m is 'little', must be a number (metres)"},
-        BadKeys{"NoTime", "  stage: adaptive\n  budget_s: 0", "robot.yaml:58: estimator.budget_s is 0 s, must be > 0"},
-        BadKeys{"AllTime", "  stage: adaptive\n  budget_s: .inf",
-                "robot.yaml:58: estimator.budget_s is .inf s, must be a finite number (seconds)"},
-        BadKeys{"EnoughForAll", "  enough_m: 0.002",
-                "robot.yaml:57: estimator.enough_m is 0.002 m, must be absent without stage: adaptive"},
-        BadKeys{"BudgetOfFine", "  stage: fine\n  budget_s: 0.02",
-                "robot.yaml:58: estimator.budget_s is 0.02 s, must be absent without stage: adaptive"}),
-    name_of<BadKeys>);
+const BadKeys kBadEstimatorKeys[] = {
+    {"Unknown", "  stages: fine",
+     "robot.yaml:57: estimator.stages is unknown, did you mean stage? (known here: method, stage, landmarks, "
+     "bearings, enough_m, budget_s)"},
+    {"UnitForgotten", "  stage: adaptive\n  budget: 0.02",
+     "robot.yaml:58: estimator.budget is unknown, did you mean budget_s? (known here: method, stage, "
+     "landmarks, bearings, enough_m, budget_s)"},
+    {"NoMapping", "  fast", "robot.yaml:56: estimator is 'fast', must be a mapping"},
+    {"UnknownMethod", "  method: fast", "robot.yaml:57: estimator.method is 'fast', must be paper or outline"},
+    {"EmptyMethod", "  method: ''", "robot.yaml:57: estimator.method is '', must be text that is not empty"},
+    {"UnknownStage", "  stage: finest",
+     "robot.yaml:57: estimator.stage is 'finest', must be found, coarse, fine or adaptive"},
+    {"UnknownStageWithBudget", "  stage: adaptiv\n  budget_s: 0.02",
+     "robot.yaml:57: estimator.stage is 'adaptiv', must be found, coarse, fine or adaptive"},
+    {"StageOfPaper", "  method: paper\n  stage: fine",
+     "robot.yaml:58: estimator.stage is 'fine', must be absent with method: paper"},
+    {"BearingsOfPaper", "  method: paper\n  bearings: false",
+     "robot.yaml:58: estimator.bearings is 'false', must be absent with method: paper"},
+    {"BudgetOfPaper", "  method: paper\n  budget_s: 0.02",
+     "robot.yaml:58: estimator.budget_s is 0.02 s, must be absent without stage: adaptive"},
+    {"BearingsInWords", "  bearings: no", "robot.yaml:57: estimator.bearings is 'no', must be true or false"},
+    {"LandmarksInOneWord", "  landmarks: red", "robot.yaml:57: estimator.landmarks is 'red', must be a list of texts"},
+    {"TwoLandmarks", "  landmarks: [red, green]",
+     "robot.yaml:57: estimator.landmarks is ['red', 'green'], must be a list of 3 names or more"},
+    {"NoLandmarks", "  landmarks: []",
+     "robot.yaml:57: estimator.landmarks is a list of 0, must be a list of 3 names or more"},
+    {"OneLandmarkTwice", "  landmarks: [red, green, blue, red]",
+     "robot.yaml:57: estimator.landmarks is ['red', 'green', 'blue', 'red'], must be a list without "
+     "repetition: 'red' is in it twice"},
+    {"LandmarkOfNoName", "  landmarks: [red, {}, blue]",
+     "robot.yaml:57: estimator.landmarks[1] is a mapping, must be text that is not empty"},
+    {"NothingIsEnough", "  stage: adaptive\n  enough_m: 0", "robot.yaml:58: estimator.enough_m is 0 m, must be > 0"},
+    {"EnoughOfAWord", "  stage: adaptive\n  enough_m: little",
+     "robot.yaml:58: estimator.enough_m is 'little', must be a number (metres)"},
+    {"NoTime", "  stage: adaptive\n  budget_s: 0", "robot.yaml:58: estimator.budget_s is 0 s, must be > 0"},
+    {"AllTime", "  stage: adaptive\n  budget_s: .inf",
+     "robot.yaml:58: estimator.budget_s is .inf s, must be a finite number (seconds)"},
+    {"EnoughForAll", "  enough_m: 0.002",
+     "robot.yaml:57: estimator.enough_m is 0.002 m, must be absent without stage: adaptive"},
+    {"BudgetOfFine", "  stage: fine\n  budget_s: 0.02",
+     "robot.yaml:58: estimator.budget_s is 0.02 s, must be absent without stage: adaptive"}};
+
+INSTANTIATE_TEST_SUITE_P(Keys, BadEstimator, testing::ValuesIn(kBadEstimatorKeys), name_of<BadKeys>);
 
 }  // namespace
 }  // namespace twocone::config

@@ -13,6 +13,7 @@
 #include "apps/config/robot_file.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
+#include "tests/support/error_of.h"
 
 namespace twocone::config {
 
@@ -34,16 +35,8 @@ inline std::string with(const std::string& text, const std::string& find, const 
   return std::string(text).replace(at, find.size(), replace);
 }
 
-/// Returns the message of the FileError that `read` throws, or "accepted".
-template <typename Read>
-std::string message_of(Read read) {
-  try {
-    read();
-  } catch (const FileError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
+/// Returns the message of the FileError that `read` throws, or "no error".
+std::string message_of(const auto& read) { return testing_support::error_of<FileError>(read); }
 
 /// One change of a good file and the complete error message for it.
 struct BadCase {

@@ -2,12 +2,12 @@
 #include "apps/config/map_file.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include "tests/config/fixtures.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::config {
 namespace {
@@ -76,15 +76,9 @@ TEST(MapFile, ANodeOfARelativeFileHasAnAbsoluteScene) {
 }
 
 TEST(MapFile, ANodeOfARealRoomGetsNoScene) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "real_room.map.yaml";
-  {
-    std::FILE* stream = std::fopen(file.c_str(), "wb");
-    ASSERT_NE(stream, nullptr);
-    std::fputs("bounds_m: {x: [0, 1], y: [0, 1]}\nlandmarks: []\n", stream);
-    std::fclose(stream);
-  }
+  const testing_support::TemporaryFolder folder;
+  const auto file = folder.write("room.map.yaml", "bounds_m: {x: [0, 1], y: [0, 1]}\nlandmarks: []\n");
   EXPECT_EQ(parse_map(load_map_node(file), file).scene, std::nullopt);
-  std::filesystem::remove(file);
 }
 
 TEST(MapFile, ASceneInPlaceOfAMapIsRejected) {
@@ -99,105 +93,95 @@ TEST_P(BadMapFile, IsRefusedInTheseWords) {
   EXPECT_EQ(message_of([&] { map_of(text); }), GetParam().message);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, BadMapFile,
-    testing::Values(
-        BadCase{"SceneWithoutUnit", "unit_m: 0.04\n", "",
-                "map.yaml:2: unit_m is missing: length of one POV-Ray unit of the scene, metres"},
-        BadCase{"ZeroUnit", "unit_m: 0.04", "unit_m: 0", "map.yaml:3: unit_m is 0 m, must be > 0"},
-        BadCase{"BoundsTurnedRound", "x: [-2.1, 3.3]", "x: [3.3, -2.1]",
-                "map.yaml:4: bounds_m.x is [3.3, -2.1] m, must be [least, greatest], least < greatest"},
-        BadCase{"BoundsOfNoWidth", "y: [-1.7, 2.9]", "y: [2.9, 2.9]",
-                "map.yaml:4: bounds_m.y is [2.9, 2.9] m, must be [least, greatest], least < greatest"},
-        BadCase{"BoundsAreANumber", "{x: [-2.1, 3.3], y: [-1.7, 2.9]}", "5",
-                "map.yaml:4: bounds_m is 5, must be a mapping"},
-        BadCase{"NamesakeLandmarks", "name: green", "name: red",
-                "map.yaml:7: landmarks[1].name is 'red', must be unlike every other landmark's"},
-        BadCase{"LandmarkWithoutName", "name: green", "name: ''",
-                "map.yaml:7: landmarks[1].name is '', must be text that is not empty"},
-        BadCase{"GreyLandmark", "colour: [0, 1, 0]", "colour: [0.5, 0.5, 0.5]",
-                "map.yaml:7: landmarks[1].colour is [0.5, 0.5, 0.5], must be a colour with a hue, not grey: the hue "
-                "identifies it"},
-        BadCase{"ColourOf255", "colour: [0, 1, 0]", "colour: [0, 255, 0]",
-                "map.yaml:7: landmarks[1].colour[1] is 255, must be 0 to 1"},
-        BadCase{"ColourByName", "colour: [0, 1, 0]", "colour: green",
-                "map.yaml:7: landmarks[1].colour is 'green', must be a list of 3 numbers"},
-        BadCase{"LandmarkBeyondXWall", "x_m: 2.3", "x_m: 3.4",
-                "map.yaml:7: landmarks[1].x_m is 3.4 m, must be within bounds_m.x, -2.1 to 3.3"},
-        BadCase{"LandmarkBeyondYWall", "y_m: -1.1", "y_m: -2",
-                "map.yaml:7: landmarks[1].y_m is -2 m, must be within bounds_m.y, -1.7 to 2.9"},
-        BadCase{"ThinLandmark", "radius_m: 0.11, top_m", "radius_m: 0, top_m",
-                "map.yaml:7: landmarks[1].radius_m is 0 m, must be > 0"},
-        BadCase{"FlatLandmark", "top_m: 1.05", "top_m: -1.05",
-                "map.yaml:7: landmarks[1].top_m is -1.05 m, must be > 0"},
-        BadCase{"LandmarkIsAWord",
-                "  - {name: red, colour: [0.9, 0.1, 0.05], x_m: -1.9, y_m: 0.7, radius_m: 0.08, top_m: 0.95}",
-                "  - red", "map.yaml:6: landmarks[0] is 'red', must be a mapping"},
-        BadCase{"TwoCorners", "[0.9, 0.3], [0.4, 1.1]", "[0.9, 0.3]",
-                "map.yaml:9: obstacles[0].polygon_m is a list of 2, must be at least 3 corners"},
-        BadCase{"BowTie", "[[0.1, 0.2], [0.9, 0.3], [0.4, 1.1]]", "[[0, 0], [1, 1], [1, 0], [0, 1.3]]",
-                "map.yaml:9: obstacles[0].polygon_m is a list of 4, must be corners in turn, each once, of an outline "
-                "that does not cross itself"},
-        BadCase{"CircleOfNoSize", "radius: 0.25", "radius: 0",
-                "map.yaml:10: obstacles[1].circle_m.radius is 0 m, must be > 0"},
-        BadCase{"CircleOfNothing", "circle_m: {x: 1.2, y: -0.8, radius: 0.25}", "circle_m: {}",
-                "map.yaml:10: obstacles[1].circle_m.x is missing: x of its centre, metres\n"
-                "map.yaml:10: obstacles[1].circle_m.y is missing: y of its centre, metres\n"
-                "map.yaml:10: obstacles[1].circle_m.radius is missing: its radius, metres"},
-        BadCase{"ObstacleOfBothKinds", "radius: 0.25}}", "radius: 0.25}, polygon_m: [[0, 0], [1, 0], [0, 1]]}",
-                "map.yaml:10: obstacles[1] has polygon_m and circle_m, must have one of them"},
-        BadCase{"ObstacleOfNeitherKind", "{circle_m: {x: 1.2, y: -0.8, radius: 0.25}}", "{}",
-                "map.yaml:10: obstacles[1] has neither polygon_m nor circle_m, must have one of them"},
-        BadCase{"UnknownKey", "effects: {", "efects: {",
-                "map.yaml:14: efects is unknown, did you mean effects? (known here: scene, scene_paths, unit_m, "
-                "bounds_m, landmarks, "
-                "obstacles, moving, effects)"}),
-    name_of<BadCase>);
+const BadCase kBadMapKeys[] = {
+    {"SceneWithoutUnit", "unit_m: 0.04\n", "",
+     "map.yaml:2: unit_m is missing: length of one POV-Ray unit of the scene, metres"},
+    {"ZeroUnit", "unit_m: 0.04", "unit_m: 0", "map.yaml:3: unit_m is 0 m, must be > 0"},
+    {"BoundsTurnedRound", "x: [-2.1, 3.3]", "x: [3.3, -2.1]",
+     "map.yaml:4: bounds_m.x is [3.3, -2.1] m, must be [least, greatest], least < greatest"},
+    {"BoundsOfNoWidth", "y: [-1.7, 2.9]", "y: [2.9, 2.9]",
+     "map.yaml:4: bounds_m.y is [2.9, 2.9] m, must be [least, greatest], least < greatest"},
+    {"BoundsAreANumber", "{x: [-2.1, 3.3], y: [-1.7, 2.9]}", "5", "map.yaml:4: bounds_m is 5, must be a mapping"},
+    {"NamesakeLandmarks", "name: green", "name: red",
+     "map.yaml:7: landmarks[1].name is 'red', must be unlike every other landmark's"},
+    {"LandmarkWithoutName", "name: green", "name: ''",
+     "map.yaml:7: landmarks[1].name is '', must be text that is not empty"},
+    {"GreyLandmark", "colour: [0, 1, 0]", "colour: [0.5, 0.5, 0.5]",
+     "map.yaml:7: landmarks[1].colour is [0.5, 0.5, 0.5], must be a colour with a hue, not grey: the hue "
+     "identifies it"},
+    {"ColourOf255", "colour: [0, 1, 0]", "colour: [0, 255, 0]",
+     "map.yaml:7: landmarks[1].colour[1] is 255, must be 0 to 1"},
+    {"ColourByName", "colour: [0, 1, 0]", "colour: green",
+     "map.yaml:7: landmarks[1].colour is 'green', must be a list of 3 numbers"},
+    {"LandmarkBeyondXWall", "x_m: 2.3", "x_m: 3.4",
+     "map.yaml:7: landmarks[1].x_m is 3.4 m, must be within bounds_m.x, -2.1 to 3.3"},
+    {"LandmarkBeyondYWall", "y_m: -1.1", "y_m: -2",
+     "map.yaml:7: landmarks[1].y_m is -2 m, must be within bounds_m.y, -1.7 to 2.9"},
+    {"ThinLandmark", "radius_m: 0.11, top_m", "radius_m: 0, top_m",
+     "map.yaml:7: landmarks[1].radius_m is 0 m, must be > 0"},
+    {"FlatLandmark", "top_m: 1.05", "top_m: -1.05", "map.yaml:7: landmarks[1].top_m is -1.05 m, must be > 0"},
+    {"LandmarkIsAWord", "  - {name: red, colour: [0.9, 0.1, 0.05], x_m: -1.9, y_m: 0.7, radius_m: 0.08, top_m: 0.95}",
+     "  - red", "map.yaml:6: landmarks[0] is 'red', must be a mapping"},
+    {"TwoCorners", "[0.9, 0.3], [0.4, 1.1]", "[0.9, 0.3]",
+     "map.yaml:9: obstacles[0].polygon_m is a list of 2, must be at least 3 corners"},
+    {"BowTie", "[[0.1, 0.2], [0.9, 0.3], [0.4, 1.1]]", "[[0, 0], [1, 1], [1, 0], [0, 1.3]]",
+     "map.yaml:9: obstacles[0].polygon_m is a list of 4, must be corners in turn, each once, of an outline "
+     "that does not cross itself"},
+    {"CircleOfNoSize", "radius: 0.25", "radius: 0", "map.yaml:10: obstacles[1].circle_m.radius is 0 m, must be > 0"},
+    {"CircleOfNothing", "circle_m: {x: 1.2, y: -0.8, radius: 0.25}", "circle_m: {}",
+     "map.yaml:10: obstacles[1].circle_m.x is missing: x of its centre, metres\n"
+     "map.yaml:10: obstacles[1].circle_m.y is missing: y of its centre, metres\n"
+     "map.yaml:10: obstacles[1].circle_m.radius is missing: its radius, metres"},
+    {"ObstacleOfBothKinds", "radius: 0.25}}", "radius: 0.25}, polygon_m: [[0, 0], [1, 0], [0, 1]]}",
+     "map.yaml:10: obstacles[1] has polygon_m and circle_m, must have one of them"},
+    {"ObstacleOfNeitherKind", "{circle_m: {x: 1.2, y: -0.8, radius: 0.25}}", "{}",
+     "map.yaml:10: obstacles[1] has neither polygon_m nor circle_m, must have one of them"},
+    {"UnknownKey", "effects: {", "efects: {",
+     "map.yaml:14: efects is unknown, did you mean effects? (known here: scene, scene_paths, unit_m, "
+     "bounds_m, landmarks, "
+     "obstacles, moving, effects)"}};
 
-INSTANTIATE_TEST_SUITE_P(
-    Moving, BadMapFile,
-    testing::Values(
-        BadCase{"WithoutAnything", "{name: cat, path_m: [[-1.2, 2.1], [-0.3, 2.2]], speed_mps: 0.6, radius_m: 0.11}",
-                "{}",
-                "map.yaml:13: moving[1].name is missing: its name: the scene calls it moving.NAME\n"
-                "map.yaml:13: moving[1].path_m is missing: the points that it goes to in turn, metres\n"
-                "map.yaml:13: moving[1].speed_mps is missing: its speed, metres a second\n"
-                "map.yaml:13: moving[1].radius_m is missing: radius of the disc that stops a robot, metres"},
-        BadCase{"Namesake", "name: cat", "name: cart_2",
-                "map.yaml:13: moving[1].name is 'cart_2', must be unlike every other moving thing's"},
-        BadCase{"NameThatNoSceneCanHave", "name: cat", "name: my cat",
-                "map.yaml:13: moving[1].name is 'my cat', must be letters, digits and _"},
-        BadCase{"PathOfOnePoint", "[[-1.2, 2.1], [-0.3, 2.2]]", "[[-1.2, 2.1]]",
-                "map.yaml:13: moving[1].path_m is a list of 1, must be at least 2 points"},
-        BadCase{"PointTwice", "[1.7, -1.3], [1.1, 0.4]]", "[1.7, -1.3], [1.7, -1.3], [1.1, 0.4]]",
-                "map.yaml:12: moving[0].path_m is a list of 4, must be a path whose neighbouring points differ"},
-        BadCase{"LoopClosedTwice", "[1.1, 0.4]]", "[1.1, 0.4], [0.2, -1.1]]",
-                "map.yaml:12: moving[0].path_m is a list of 4, must be a path whose last point is not its first: loop "
-                "leads back"},
-        BadCase{"ThroughAWall", "[-0.3, 2.2]]", "[-0.3, 3.2]]",
-                "map.yaml:13: moving[1].path_m is a list of 2, must be within bounds_m"},
-        BadCase{"StandsStill", "speed_mps: 0.6", "speed_mps: 0",
-                "map.yaml:13: moving[1].speed_mps is 0 m/s, must be > 0"},
-        BadCase{"OfNoSize", "radius_m: 0.19", "radius_m: 0", "map.yaml:12: moving[0].radius_m is 0 m, must be > 0"},
-        BadCase{"LoopOfOne", "loop: true", "loop: 1", "map.yaml:12: moving[0].loop is 1, must be true or false"},
-        BadCase{"AMapping", "  - {name: cart_2", "  cart: {name: cart_2", "map.yaml:13:3: end of map not found"}),
-    name_of<BadCase>);
+INSTANTIATE_TEST_SUITE_P(All, BadMapFile, testing::ValuesIn(kBadMapKeys), name_of<BadCase>);
 
-INSTANTIATE_TEST_SUITE_P(
-    Effects, BadMapFile,
-    testing::Values(
-        BadCase{"Unknown", "shadows: false", "rolling_shutter: 0.01",
-                "map.yaml:14: effects.rolling_shutter is unknown (known here: shadows, area_lights, photons, "
-                "radiosity, media, reflection_depth)"},
-        BadCase{"OffForFalse", "shadows: false", "shadows: off",
-                "map.yaml:14: effects.shadows is 'off', must be true or false"},
-        BadCase{"NoReflection", "reflection_depth: 3", "reflection_depth: 0",
-                "map.yaml:14: effects.reflection_depth is 0, must be 1 to 256"},
-        BadCase{"TooManyReflections", "reflection_depth: 3", "reflection_depth: 257",
-                "map.yaml:14: effects.reflection_depth is 257, must be 1 to 256"},
-        BadCase{"HalfAReflection", "reflection_depth: 3", "reflection_depth: 2.5",
-                "map.yaml:14: effects.reflection_depth is 2.5, must be a whole number"}),
-    name_of<BadCase>);
+const BadCase kBadMovingKeys[] = {
+    {"WithoutAnything", "{name: cat, path_m: [[-1.2, 2.1], [-0.3, 2.2]], speed_mps: 0.6, radius_m: 0.11}", "{}",
+     "map.yaml:13: moving[1].name is missing: its name: the scene calls it moving.NAME\n"
+     "map.yaml:13: moving[1].path_m is missing: the points that it goes to in turn, metres\n"
+     "map.yaml:13: moving[1].speed_mps is missing: its speed, metres a second\n"
+     "map.yaml:13: moving[1].radius_m is missing: radius of the disc that stops a robot, metres"},
+    {"Namesake", "name: cat", "name: cart_2",
+     "map.yaml:13: moving[1].name is 'cart_2', must be unlike every other moving thing's"},
+    {"NameThatNoSceneCanHave", "name: cat", "name: my cat",
+     "map.yaml:13: moving[1].name is 'my cat', must be letters, digits and _"},
+    {"PathOfOnePoint", "[[-1.2, 2.1], [-0.3, 2.2]]", "[[-1.2, 2.1]]",
+     "map.yaml:13: moving[1].path_m is a list of 1, must be at least 2 points"},
+    {"PointTwice", "[1.7, -1.3], [1.1, 0.4]]", "[1.7, -1.3], [1.7, -1.3], [1.1, 0.4]]",
+     "map.yaml:12: moving[0].path_m is a list of 4, must be a path whose neighbouring points differ"},
+    {"LoopClosedTwice", "[1.1, 0.4]]", "[1.1, 0.4], [0.2, -1.1]]",
+     "map.yaml:12: moving[0].path_m is a list of 4, must be a path whose last point is not its first: loop "
+     "leads back"},
+    {"ThroughAWall", "[-0.3, 2.2]]", "[-0.3, 3.2]]",
+     "map.yaml:13: moving[1].path_m is a list of 2, must be within bounds_m"},
+    {"StandsStill", "speed_mps: 0.6", "speed_mps: 0", "map.yaml:13: moving[1].speed_mps is 0 m/s, must be > 0"},
+    {"OfNoSize", "radius_m: 0.19", "radius_m: 0", "map.yaml:12: moving[0].radius_m is 0 m, must be > 0"},
+    {"LoopOfOne", "loop: true", "loop: 1", "map.yaml:12: moving[0].loop is 1, must be true or false"},
+    {"AMapping", "  - {name: cart_2", "  cart: {name: cart_2", "map.yaml:13:3: end of map not found"}};
+
+INSTANTIATE_TEST_SUITE_P(Moving, BadMapFile, testing::ValuesIn(kBadMovingKeys), name_of<BadCase>);
+
+const BadCase kEffectsCases[] = {
+    {"Unknown", "shadows: false", "rolling_shutter: 0.01",
+     "map.yaml:14: effects.rolling_shutter is unknown (known here: shadows, area_lights, photons, "
+     "radiosity, media, reflection_depth)"},
+    {"OffForFalse", "shadows: false", "shadows: off", "map.yaml:14: effects.shadows is 'off', must be true or false"},
+    {"NoReflection", "reflection_depth: 3", "reflection_depth: 0",
+     "map.yaml:14: effects.reflection_depth is 0, must be 1 to 256"},
+    {"TooManyReflections", "reflection_depth: 3", "reflection_depth: 257",
+     "map.yaml:14: effects.reflection_depth is 257, must be 1 to 256"},
+    {"HalfAReflection", "reflection_depth: 3", "reflection_depth: 2.5",
+     "map.yaml:14: effects.reflection_depth is 2.5, must be a whole number"}};
+
+INSTANTIATE_TEST_SUITE_P(Effects, BadMapFile, testing::ValuesIn(kEffectsCases), name_of<BadCase>);
 
 struct Outline {
   const char* name;
@@ -219,23 +203,23 @@ TEST_P(PolygonTest, IsSimpleOrNotFromAnyCornerAndEitherWayRound) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Outlines, PolygonTest,
-    testing::Values(
-        Outline{"Triangle", true, {{0.3, 0.1}, {1.7, 0.4}, {0.6, 1.9}}},
-        Outline{"Rectangle", true, {{-1.01, 0.84}, {-0.39, 0.84}, {-0.39, 1.26}, {-1.01, 1.26}}},
-        Outline{"LShape", true, {{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 3}, {0, 3}}},
-        Outline{"CornerInMidEdge", true, {{0, 0}, {1, 0}, {2, 0}, {2, 2}, {0, 2}}},
-        Outline{"DeepNotch", true, {{0, 0}, {4, 0}, {4, 3}, {2, 0.001}, {0, 3}}},
-        Outline{"BowTie", false, {{0, 0}, {2, 2}, {2, 0}, {0, 2.3}}},
-        Outline{"Pentagram", false, {{0, 1}, {0.59, -0.81}, {-0.95, 0.31}, {0.95, 0.31}, {-0.59, -0.81}}},
-        Outline{"InLine", false, {{0, 0}, {1, 1}, {3, 3}}},
-        Outline{"Spike", false, {{0, 0}, {2, 0}, {2, 2}, {2, 1}, {0, 1}}},
-        Outline{"FirstCornerAgainAtTheEnd", false, {{0, 0}, {2, 0}, {1, 2}, {0, 0}}},
-        Outline{"TouchesItselfInACorner", false, {{0, 0}, {4, 0}, {4, 3}, {2, 0}, {0, 3}}},
-        Outline{"RunsBackAlongAnEdge", false, {{0, 0}, {1, 0}, {1, 2}, {2, 2}, {2, 1}, {1, 1}, {1, 0.5}, {0, 0.5}}},
-        Outline{"TwoCorners", false, {{0, 0}, {1, 1}}}, Outline{"OneCorner", false, {{0, 0}}}),
-    name_of<Outline>);
+const Outline kOutlinesCases[] = {
+    {"Triangle", true, {{0.3, 0.1}, {1.7, 0.4}, {0.6, 1.9}}},
+    {"Rectangle", true, {{-1.01, 0.84}, {-0.39, 0.84}, {-0.39, 1.26}, {-1.01, 1.26}}},
+    {"LShape", true, {{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 3}, {0, 3}}},
+    {"CornerInMidEdge", true, {{0, 0}, {1, 0}, {2, 0}, {2, 2}, {0, 2}}},
+    {"DeepNotch", true, {{0, 0}, {4, 0}, {4, 3}, {2, 0.001}, {0, 3}}},
+    {"BowTie", false, {{0, 0}, {2, 2}, {2, 0}, {0, 2.3}}},
+    {"Pentagram", false, {{0, 1}, {0.59, -0.81}, {-0.95, 0.31}, {0.95, 0.31}, {-0.59, -0.81}}},
+    {"InLine", false, {{0, 0}, {1, 1}, {3, 3}}},
+    {"Spike", false, {{0, 0}, {2, 0}, {2, 2}, {2, 1}, {0, 1}}},
+    {"FirstCornerAgainAtTheEnd", false, {{0, 0}, {2, 0}, {1, 2}, {0, 0}}},
+    {"TouchesItselfInACorner", false, {{0, 0}, {4, 0}, {4, 3}, {2, 0}, {0, 3}}},
+    {"RunsBackAlongAnEdge", false, {{0, 0}, {1, 0}, {1, 2}, {2, 2}, {2, 1}, {1, 1}, {1, 0.5}, {0, 0.5}}},
+    {"TwoCorners", false, {{0, 0}, {1, 1}}},
+    {"OneCorner", false, {{0, 0}}}};
+
+INSTANTIATE_TEST_SUITE_P(Outlines, PolygonTest, testing::ValuesIn(kOutlinesCases), name_of<Outline>);
 
 TEST(PolygonTest, NoCornersAreNoOutline) { EXPECT_FALSE(is_simple({})); }
 

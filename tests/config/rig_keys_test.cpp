@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the keys of `rig:` for mirrors that are tilted or off the axis, and for lenses.
-#include <fstream>
-
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/keys/robot_keys.h"
 #include "apps/config/robot_file.h"
 #include "tests/config/fixtures.h"
+#include "tests/support/temporary_folder.h"
 
 namespace twocone::config {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::TemporaryFolder;
 
 constexpr const char* kTilt = "    tilt_rad: [0.011, -0.007]\n";
 /// Reads the text as a file beside good_robot.yaml, so that relative paths start at its folder.
@@ -78,19 +78,16 @@ TEST(RigKeys, AMirrorsOwnLensTakesThePlaceOfTheCommonOne) {
 }
 
 TEST(RigKeys, ThroughANodeOfAnotherFileTheLensIsTheSame) {
-  const fs::path folder = fs::path(testing::TempDir()) / "rig_keys_test";
-  fs::create_directories(folder);
-  const fs::path file = folder / "robot.yaml";
-  std::ofstream(file) << with(with_common("  camera_info: lens.yaml\n"), kTilt,
-                              "    distortion: [0.1, 0.2, 0.01, 0.02]\n");
-  std::ofstream(folder / "lens.yaml") << read_text(data("good_camera_info.yaml"));
+  const TemporaryFolder folder;
+  const fs::path file = folder.write(
+      "robot.yaml", with(with_common("  camera_info: lens.yaml\n"), kTilt, "    distortion: [0.1, 0.2, 0.01, 0.02]\n"));
+  (void)folder.write("lens.yaml", read_text(data("good_camera_info.yaml")));
   const Robot direct = read_robot(file);
   YAML::Node run;
   run["robot"] = load_robot_node(file);
   const Robot again = parse_robot(YAML::Load(YAML::Dump(run))["robot"], "/elsewhere/run.yaml");
   EXPECT_EQ(again.rig, direct.rig);
   EXPECT_TRUE(again.rig.lower.camera_info.is_absolute());
-  fs::remove_all(folder);
 }
 
 class BadRigKey : public testing::TestWithParam<BadCase> {};
@@ -100,31 +97,27 @@ TEST_P(BadRigKey, IsRefusedInTheseWords) {
   EXPECT_EQ(message_of([&] { parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }), GetParam().message);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, BadRigKey,
-    testing::Values(
-        BadCase{"TiltInDegrees", "[0.011, -0.007]", "[0.011, 5]",
-                "robot.yaml:34: rig.upper.tilt_rad[1] is 5 rad, must be > -pi/4 and < pi/4"},
-        BadCase{"ThreeTilts", "[0.011, -0.007]", "[0.011, 0, 0]",
-                "robot.yaml:34: rig.upper.tilt_rad is [0.011, 0, 0] rad, must be a list of 2 numbers (radians)"},
-        BadCase{"OffsetIsNoNumber", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [left, 0]",
-                "robot.yaml:23: rig.axis_offset_m[0] is 'left', must be a number (metres)"},
-        BadCase{"SixCoefficients", "tilt_rad: [0.011, -0.007]", "distortion: [1, 2, 3, 4, 5, 6]",
-                "robot.yaml:34: rig.upper.distortion is a list of 6, must be a list of 0 or 4 or 5 or 8 numbers"},
-        BadCase{"FocalLengthWithoutALens", "tilt_rad: [0.011, -0.007]", "distortion_focal_px: [700, 700]",
-                "robot.yaml:34: rig.upper.distortion_focal_px is [700, 700] px, must be absent without distortion"},
-        BadCase{"NoFocalLength", "tilt_rad: [0.011, -0.007]",
-                "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: [700, 0]",
-                "robot.yaml:35: rig.upper.distortion_focal_px[1] is 0 px, must be > 0"},
-        BadCase{"FocalLengthOfAWord", "tilt_rad: [0.011, -0.007]",
-                "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: long",
-                "robot.yaml:35: rig.upper.distortion_focal_px is 'long', must be a number or a list of 2 numbers "
-                "(pixels)"},
-        BadCase{"TwoLenses", "tilt_rad: [0.011, -0.007]",
-                "distortion: [0.1, 0, 0, 0]\n    camera_info: good_camera_info.yaml",
-                "robot.yaml:35: rig.upper.camera_info is 'good_camera_info.yaml', must be absent beside distortion"},
-        BadCase{"NoSuchFile", "tilt_rad: [0.011, -0.007]", "camera_info: nowhere.yaml", "nowhere.yaml: no such file"}),
-    name_of<BadCase>);
+const BadCase kBadRigKeys[] = {
+    {"TiltInDegrees", "[0.011, -0.007]", "[0.011, 5]",
+     "robot.yaml:34: rig.upper.tilt_rad[1] is 5 rad, must be > -pi/4 and < pi/4"},
+    {"ThreeTilts", "[0.011, -0.007]", "[0.011, 0, 0]",
+     "robot.yaml:34: rig.upper.tilt_rad is [0.011, 0, 0] rad, must be a list of 2 numbers (radians)"},
+    {"OffsetIsNoNumber", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [left, 0]",
+     "robot.yaml:23: rig.axis_offset_m[0] is 'left', must be a number (metres)"},
+    {"SixCoefficients", "tilt_rad: [0.011, -0.007]", "distortion: [1, 2, 3, 4, 5, 6]",
+     "robot.yaml:34: rig.upper.distortion is a list of 6, must be a list of 0 or 4 or 5 or 8 numbers"},
+    {"FocalLengthWithoutALens", "tilt_rad: [0.011, -0.007]", "distortion_focal_px: [700, 700]",
+     "robot.yaml:34: rig.upper.distortion_focal_px is [700, 700] px, must be absent without distortion"},
+    {"NoFocalLength", "tilt_rad: [0.011, -0.007]", "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: [700, 0]",
+     "robot.yaml:35: rig.upper.distortion_focal_px[1] is 0 px, must be > 0"},
+    {"FocalLengthOfAWord", "tilt_rad: [0.011, -0.007]", "distortion: [0.1, 0, 0, 0]\n    distortion_focal_px: long",
+     "robot.yaml:35: rig.upper.distortion_focal_px is 'long', must be a number or a list of 2 numbers "
+     "(pixels)"},
+    {"TwoLenses", "tilt_rad: [0.011, -0.007]", "distortion: [0.1, 0, 0, 0]\n    camera_info: good_camera_info.yaml",
+     "robot.yaml:35: rig.upper.camera_info is 'good_camera_info.yaml', must be absent beside distortion"},
+    {"NoSuchFile", "tilt_rad: [0.011, -0.007]", "camera_info: nowhere.yaml", "nowhere.yaml: no such file"}};
+
+INSTANTIATE_TEST_SUITE_P(All, BadRigKey, testing::ValuesIn(kBadRigKeys), name_of<BadCase>);
 
 TEST(RigKeys, ACameraInfoOfAnotherImageIsRefusedWithItsOwnLines) {
   const fs::path file = data("good_camera_info.yaml");
@@ -148,16 +141,15 @@ RigView lens_of(const fs::path& file) {
 
 /// Returns the error message of read_camera_info for the good file with one change.
 std::string complaint(const std::string& find, const std::string& replace) {
-  const fs::path file = fs::path(testing::TempDir()) / "camera_info_under_test.yaml";
-  std::ofstream(file) << with(read_text(data("good_camera_info.yaml")), find, replace);
+  const TemporaryFolder folder;
+  const fs::path file = folder.write("lens.yaml", with(read_text(data("good_camera_info.yaml")), find, replace));
   std::string message = message_of([&] { (void)lens_of(file); });
-  fs::remove(file);
   const std::size_t at = message.find(file.string());
   return at == std::string::npos ? message : message.replace(at, file.string().size(), "F");
 }
 
 TEST(CameraInfo, CoefficientsOfNoKnownLensAreRejected) {
-  EXPECT_EQ(complaint("plumb_bob", "plumb_bob"), "accepted");
+  EXPECT_EQ(complaint("plumb_bob", "plumb_bob"), "no error");
   EXPECT_EQ(complaint("plumb_bob", "equidistant"),
             "F:9: distortion_model is 'equidistant', must be plumb_bob or rational_polynomial");
   EXPECT_EQ(complaint("[701.25, 0., 322.75,", "[701.25, 0.3, 322.75,"),
@@ -171,15 +163,13 @@ TEST(CameraInfo, CoefficientsOfNoKnownLensAreRejected) {
 }
 
 TEST(CameraInfo, TheRationalModelHasEightAndAllZerosAreNoLens) {
-  const fs::path file = fs::path(testing::TempDir()) / "camera_info_rational.yaml";
+  const TemporaryFolder folder;
   std::string text = with(read_text(data("good_camera_info.yaml")), "plumb_bob", "rational_polynomial");
   text = with(with(text, "cols: 5", "cols: 8"), "-0.013]", "-0.013, 0.5, -0.1, 0.02]");
-  std::ofstream(file) << text;
-  EXPECT_EQ(lens_of(file).distortion, (std::vector{-0.21, 0.07, 0.0013, -0.0021, -0.013, 0.5, -0.1, 0.02}));
-  std::ofstream(file) << with(read_text(data("good_camera_info.yaml")), "[-0.21, 0.07, 0.0013, -0.0021, -0.013]",
-                              "[0, 0.0, 0, 0, 0]");
-  EXPECT_TRUE(lens_of(file).distortion.empty());
-  fs::remove(file);
+  EXPECT_EQ(lens_of(folder.write("rational.yaml", text)).distortion,
+            (std::vector{-0.21, 0.07, 0.0013, -0.0021, -0.013, 0.5, -0.1, 0.02}));
+  text = with(read_text(data("good_camera_info.yaml")), "[-0.21, 0.07, 0.0013, -0.0021, -0.013]", "[0, 0.0, 0, 0, 0]");
+  EXPECT_TRUE(lens_of(folder.write("zeros.yaml", text)).distortion.empty());
 }
 
 }  // namespace

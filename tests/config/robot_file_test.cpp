@@ -258,217 +258,203 @@ TEST_P(BadRobotFile, IsRefusedInTheseWords) {
   EXPECT_EQ(message_of([&] { parsed_robot(text); }), GetParam().message);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Values, BadRobotFile,
-    testing::Values(
-        BadCase{"NegativeLength", "separation_m: 0.29", "separation_m: -0.29",
-                "robot.yaml:9: drive.wheel_separation_m is -0.29 m, must be > 0 and < 5"},
-        BadCase{"ZeroLength", "wheel_radius_m: 0.043", "wheel_radius_m: 0",
-                "robot.yaml:10: drive.wheel_radius_m is 0 m, must be > 0 and < 1"},
-        BadCase{"NegativeZero", "wheel_radius_m: 0.043", "wheel_radius_m: -0.0",
-                "robot.yaml:10: drive.wheel_radius_m is -0.0 m, must be > 0 and < 1"},
-        BadCase{"Infinite", "max_speed_mps: 0.37", "max_speed_mps: .inf",
-                "robot.yaml:11: drive.max_speed_mps is .inf m/s, must be a finite number (metres a second)"},
-        BadCase{"MinusInfinite", "x_m: 0.31", "x_m: -.INF",
-                "robot.yaml:4: start.x_m is -.INF m, must be a finite number (metres)"},
-        BadCase{"InfiniteAsCWritesIt", "x_m: 0.31", "x_m: inf",
-                "robot.yaml:4: start.x_m is inf m, must be a finite number (metres)"},
-        BadCase{"BeyondADouble", "x_m: 0.31", "x_m: 1e999",
-                "robot.yaml:4: start.x_m is 1e999 m, must be a finite number (metres)"},
-        BadCase{"Degrees", "heading_rad: 0.53", "heading_rad: 90",
-                "robot.yaml:4: start.heading_rad is 90 rad, must be -2 pi to 2 pi"},
-        BadCase{"WordForANumber", "radius_m: 0.17", "radius_m: abc",
-                "robot.yaml:6: body.radius_m is 'abc', must be a number (metres)"},
-        BadCase{"NumberInQuotes", "radius_m: 0.17", "radius_m: '0.17'",
-                "robot.yaml:6: body.radius_m is '0.17', must be a number (metres)"},
-        BadCase{"NumberWithUnit", "radius_m: 0.17", "radius_m: 0.17 m",
-                "robot.yaml:6: body.radius_m is '0.17 m', must be a number (metres)"},
-        BadCase{"DecimalComma", "  wheel_radius_m: 0.043", "  wheel_radius_m: 0,043",
-                "robot.yaml:10: drive.wheel_radius_m is '0,043', must be a number (metres)"},
-        BadCase{"NothingForANumber", "  wheel_radius_m: 0.043",
-                "  wheel_radius_m:", "robot.yaml:10: drive.wheel_radius_m is empty, must be a number (metres)"},
-        BadCase{"ListForANumber", "radius_m: 0.17", "radius_m: [1, 2]",
-                "robot.yaml:6: body.radius_m is [1, 2] m, must be a number (metres)"},
-        BadCase{"MappingForANumber", "latency_frames: 3", "latency_frames: {a: 1}",
-                "robot.yaml:5: latency_frames is a mapping, must be a number"},
-        BadCase{"Fraction", "latency_frames: 3", "latency_frames: 3.5",
-                "robot.yaml:5: latency_frames is 3.5, must be a whole number"},
-        BadCase{"NegativeCount", "latency_frames: 3", "latency_frames: -1",
-                "robot.yaml:5: latency_frames is -1, must be >= 0"},
-        BadCase{"BeyondAnInt", "latency_frames: 3", "latency_frames: 3e9",
-                "robot.yaml:5: latency_frames is 3e9, must be at most 2147483647"},
-        BadCase{"ImageWithoutWidth", "width_px: 641", "width_px: 0",
-                "robot.yaml:14: cameras.lower.width_px is 0 px, must be 1 to 16384"},
-        BadCase{"NoRate", "height_px: 243, rate_hz: 12.5", "height_px: 243, rate_hz: 0",
-                "robot.yaml:15: cameras.upper.rate_hz is 0 Hz, must be 0.01 to 1000"},
-        BadCase{"TwoRates", "height_px: 243, rate_hz: 12.5", "height_px: 243, rate_hz: 15",
-                "robot.yaml:15: cameras.upper.rate_hz is 15 Hz, must be that of cameras.lower, 12.5"},
-        BadCase{"AntialiasBeyondPovRays", "antialias: 2", "antialias: 10",
-                "robot.yaml:14: cameras.lower.antialias is 10, must be 1 to 9"},
-        BadCase{"AntialiasOfARealCamera", "driver: sim_povray, width_px: 641",
-                "driver: v4l2_camera, device: /dev/video0, width_px: 641",
-                "robot.yaml:14: cameras.lower.antialias is 2, must be absent: driver v4l2_camera has no such setting"},
-        BadCase{"TimeoutTooShort", "command_timeout_s: 0.41", "command_timeout_s: 1e-9",
-                "robot.yaml:12: drive.command_timeout_s is 1e-9 s, must be 0.001 to 60"},
-        BadCase{"NegativeSkew", "max_skew_s: 0.011", "max_skew_s: -0.011",
-                "robot.yaml:54: max_skew_s is -0.011 s, must be 0 to 60"},
-        BadCase{"NegativeSlip", "slip: 0.013", "slip: -0.013", "robot.yaml:36: effects.slip is -0.013, must be >= 0"},
-        BadCase{"FlatCone", "apex_rad: 1.61", "apex_rad: 3.2",
-                "robot.yaml:33: rig.upper.mirror.apex_rad is 3.2 rad, must be > 0 and < pi"},
-        BadCase{"OtherMirror", "mirror: {type: cone, apex_rad: 1.5708}", "mirror: {type: hyperbola, apex_rad: 1.5708}",
-                "robot.yaml:18: rig.mirror.type is 'hyperbola', must be cone"},
-        BadCase{"MirrorInMillimetres", "  mirror_radius_m: 0.061", "  mirror_radius_m: 61",
-                "robot.yaml:19: rig.mirror_radius_m is 61 m, must be > 0 and < 1"},
-        BadCase{"OverriddenCommonKeyIsCheckedToo", "  mirror_radius_m: 0.061", "  mirror_radius_m: 0",
-                "robot.yaml:19: rig.mirror_radius_m is 0 m, must be > 0 and < 1"},
-        BadCase{"LensUnderTheFloor", "lens_height_m: 0.23", "lens_height_m: -0.23",
-                "robot.yaml:22: rig.lens_height_m is -0.23 m, must be >= 0"},
-        BadCase{"YesForTrue", "mirrored: true", "mirrored: yes",
-                "robot.yaml:31: rig.upper.mirrored is 'yes', must be true or false"},
-        BadCase{"CentreOfThree", "[318.25, 241.5]", "[318.25, 241.5, 1]",
-                "robot.yaml:24: rig.lower.centre_px is [318.25, 241.5, 1] px, must be a list of 2 numbers (pixels)"},
-        BadCase{"CentreWithAWord", "[318.25, 241.5]", "[318.25, middle]",
-                "robot.yaml:24: rig.lower.centre_px[1] is 'middle', must be a number (pixels)"},
-        BadCase{"NoName", "name: nina", "name: ''", "robot.yaml:2: name is '', must be text that is not empty"},
-        BadCase{"NameWithoutValue", "name: nina",
-                "name:", "robot.yaml:2: name is empty, must be text that is not empty"},
-        BadCase{"WaypointsAsOneList", "[[0.5, 0.25], [-0.75, 1.25]]", "[0.5, 0.25]",
-                "robot.yaml:55: waypoints_m[0] is 0.5 m, must be [x, y] (metres)\n"
-                "robot.yaml:55: waypoints_m[1] is 0.25 m, must be [x, y] (metres)"},
-        BadCase{"WaypointsOnLinesOfTheirOwn", "waypoints_m: [[0.5, 0.25], [-0.75, 1.25]]",
-                "waypoints_m:\n  - [0.5, 0.25]\n  - [-0.75, north]",
-                "robot.yaml:57: waypoints_m[1][1] is 'north', must be a number (metres)"}),
-    name_of<BadCase>);
+const BadCase kBadRobotValues[] = {
+    {"NegativeLength", "separation_m: 0.29", "separation_m: -0.29",
+     "robot.yaml:9: drive.wheel_separation_m is -0.29 m, must be > 0 and < 5"},
+    {"ZeroLength", "wheel_radius_m: 0.043", "wheel_radius_m: 0",
+     "robot.yaml:10: drive.wheel_radius_m is 0 m, must be > 0 and < 1"},
+    {"NegativeZero", "wheel_radius_m: 0.043", "wheel_radius_m: -0.0",
+     "robot.yaml:10: drive.wheel_radius_m is -0.0 m, must be > 0 and < 1"},
+    {"Infinite", "max_speed_mps: 0.37", "max_speed_mps: .inf",
+     "robot.yaml:11: drive.max_speed_mps is .inf m/s, must be a finite number (metres a second)"},
+    {"MinusInfinite", "x_m: 0.31", "x_m: -.INF",
+     "robot.yaml:4: start.x_m is -.INF m, must be a finite number (metres)"},
+    {"InfiniteAsCWritesIt", "x_m: 0.31", "x_m: inf",
+     "robot.yaml:4: start.x_m is inf m, must be a finite number (metres)"},
+    {"BeyondADouble", "x_m: 0.31", "x_m: 1e999",
+     "robot.yaml:4: start.x_m is 1e999 m, must be a finite number (metres)"},
+    {"Degrees", "heading_rad: 0.53", "heading_rad: 90",
+     "robot.yaml:4: start.heading_rad is 90 rad, must be -2 pi to 2 pi"},
+    {"WordForANumber", "radius_m: 0.17", "radius_m: abc",
+     "robot.yaml:6: body.radius_m is 'abc', must be a number (metres)"},
+    {"NumberInQuotes", "radius_m: 0.17", "radius_m: '0.17'",
+     "robot.yaml:6: body.radius_m is '0.17', must be a number (metres)"},
+    {"NumberWithUnit", "radius_m: 0.17", "radius_m: 0.17 m",
+     "robot.yaml:6: body.radius_m is '0.17 m', must be a number (metres)"},
+    {"DecimalComma", "  wheel_radius_m: 0.043", "  wheel_radius_m: 0,043",
+     "robot.yaml:10: drive.wheel_radius_m is '0,043', must be a number (metres)"},
+    {"NothingForANumber", "  wheel_radius_m: 0.043",
+     "  wheel_radius_m:", "robot.yaml:10: drive.wheel_radius_m is empty, must be a number (metres)"},
+    {"ListForANumber", "radius_m: 0.17", "radius_m: [1, 2]",
+     "robot.yaml:6: body.radius_m is [1, 2] m, must be a number (metres)"},
+    {"MappingForANumber", "latency_frames: 3", "latency_frames: {a: 1}",
+     "robot.yaml:5: latency_frames is a mapping, must be a number"},
+    {"Fraction", "latency_frames: 3", "latency_frames: 3.5",
+     "robot.yaml:5: latency_frames is 3.5, must be a whole number"},
+    {"NegativeCount", "latency_frames: 3", "latency_frames: -1", "robot.yaml:5: latency_frames is -1, must be >= 0"},
+    {"BeyondAnInt", "latency_frames: 3", "latency_frames: 3e9",
+     "robot.yaml:5: latency_frames is 3e9, must be at most 2147483647"},
+    {"ImageWithoutWidth", "width_px: 641", "width_px: 0",
+     "robot.yaml:14: cameras.lower.width_px is 0 px, must be 1 to 16384"},
+    {"NoRate", "height_px: 243, rate_hz: 12.5", "height_px: 243, rate_hz: 0",
+     "robot.yaml:15: cameras.upper.rate_hz is 0 Hz, must be 0.01 to 1000"},
+    {"TwoRates", "height_px: 243, rate_hz: 12.5", "height_px: 243, rate_hz: 15",
+     "robot.yaml:15: cameras.upper.rate_hz is 15 Hz, must be that of cameras.lower, 12.5"},
+    {"AntialiasBeyondPovRays", "antialias: 2", "antialias: 10",
+     "robot.yaml:14: cameras.lower.antialias is 10, must be 1 to 9"},
+    {"AntialiasOfARealCamera", "driver: sim_povray, width_px: 641",
+     "driver: v4l2_camera, device: /dev/video0, width_px: 641",
+     "robot.yaml:14: cameras.lower.antialias is 2, must be absent: driver v4l2_camera has no such setting"},
+    {"TimeoutTooShort", "command_timeout_s: 0.41", "command_timeout_s: 1e-9",
+     "robot.yaml:12: drive.command_timeout_s is 1e-9 s, must be 0.001 to 60"},
+    {"NegativeSkew", "max_skew_s: 0.011", "max_skew_s: -0.011",
+     "robot.yaml:54: max_skew_s is -0.011 s, must be 0 to 60"},
+    {"NegativeSlip", "slip: 0.013", "slip: -0.013", "robot.yaml:36: effects.slip is -0.013, must be >= 0"},
+    {"FlatCone", "apex_rad: 1.61", "apex_rad: 3.2",
+     "robot.yaml:33: rig.upper.mirror.apex_rad is 3.2 rad, must be > 0 and < pi"},
+    {"OtherMirror", "mirror: {type: cone, apex_rad: 1.5708}", "mirror: {type: hyperbola, apex_rad: 1.5708}",
+     "robot.yaml:18: rig.mirror.type is 'hyperbola', must be cone"},
+    {"MirrorInMillimetres", "  mirror_radius_m: 0.061", "  mirror_radius_m: 61",
+     "robot.yaml:19: rig.mirror_radius_m is 61 m, must be > 0 and < 1"},
+    {"OverriddenCommonKeyIsCheckedToo", "  mirror_radius_m: 0.061", "  mirror_radius_m: 0",
+     "robot.yaml:19: rig.mirror_radius_m is 0 m, must be > 0 and < 1"},
+    {"LensUnderTheFloor", "lens_height_m: 0.23", "lens_height_m: -0.23",
+     "robot.yaml:22: rig.lens_height_m is -0.23 m, must be >= 0"},
+    {"YesForTrue", "mirrored: true", "mirrored: yes",
+     "robot.yaml:31: rig.upper.mirrored is 'yes', must be true or false"},
+    {"CentreOfThree", "[318.25, 241.5]", "[318.25, 241.5, 1]",
+     "robot.yaml:24: rig.lower.centre_px is [318.25, 241.5, 1] px, must be a list of 2 numbers (pixels)"},
+    {"CentreWithAWord", "[318.25, 241.5]", "[318.25, middle]",
+     "robot.yaml:24: rig.lower.centre_px[1] is 'middle', must be a number (pixels)"},
+    {"NoName", "name: nina", "name: ''", "robot.yaml:2: name is '', must be text that is not empty"},
+    {"NameWithoutValue", "name: nina", "name:", "robot.yaml:2: name is empty, must be text that is not empty"},
+    {"WaypointsAsOneList", "[[0.5, 0.25], [-0.75, 1.25]]", "[0.5, 0.25]",
+     "robot.yaml:55: waypoints_m[0] is 0.5 m, must be [x, y] (metres)\n"
+     "robot.yaml:55: waypoints_m[1] is 0.25 m, must be [x, y] (metres)"},
+    {"WaypointsOnLinesOfTheirOwn", "waypoints_m: [[0.5, 0.25], [-0.75, 1.25]]",
+     "waypoints_m:\n  - [0.5, 0.25]\n  - [-0.75, north]",
+     "robot.yaml:57: waypoints_m[1][1] is 'north', must be a number (metres)"}};
 
-INSTANTIATE_TEST_SUITE_P(
-    Keys, BadRobotFile,
-    testing::Values(
-        BadCase{
-            "Misspelt", "  max_speed_mps: 0.37", "  max_sped_mps: 0.37",
-            "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
-            "robot.yaml:11: drive.max_sped_mps is unknown, did you mean max_speed_mps? (known here: driver, "
-            "wheel_separation_m, wheel_radius_m, max_speed_mps, command_timeout_s)"},
-        BadCase{"WithoutItsUnit", "body: {radius_m: 0.17}", "body: {radius: 0.17}",
-                "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
-                "robot.yaml:6: body.radius is unknown, did you mean radius_m? (known here: radius_m)"},
-        BadCase{
-            "LikeNoOther", "  slip: 0.013", "  earthquakes: 1",
-            "robot.yaml:36: effects.earthquakes is unknown (known here: slip, encoder_counts_per_turn, motor_lag_s, "
-            "wheel_separation_m, wheel_radius_m, mass_kg, wheel_friction, body_friction, camera)"},
-        BadCase{"Twice", "  max_speed_mps: 0.37", "  max_speed_mps: 0.37\n  max_speed_mps: 0.5",
-                "robot.yaml:12: drive.max_speed_mps is given twice, the first time in line 11"},
-        BadCase{"TwiceInOneLine", "{radius_m: 0.17}", "{radius_m: 0.17, radius_m: 0.17}",
-                "robot.yaml:6: body.radius_m is given twice, the first time in line 6"},
-        BadCase{"NotAWord", "{radius_m: 0.17}", "{radius_m: 0.17, [1, 2]: 3}",
-                "robot.yaml:6: body has a list of 2 as a key, must be a word"},
-        BadCase{"MergeKeyIsNoKey", "body: {radius_m: 0.17}", "body: {<<: {radius_m: 0.17}}",
-                "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
-                "robot.yaml:6: body.<< is unknown (known here: radius_m)"},
-        BadCase{"NoDrive",
-                "drive:\n  driver: sim_povray\n  wheel_separation_m: 0.29\n  wheel_radius_m: 0.043\n"
-                "  max_speed_mps: 0.37\n  command_timeout_s: 0.41\n",
-                "", "robot.yaml:2: drive is missing: the two wheels: driver, sizes, limits"},
-        BadCase{"WordForAMapping", "body: {radius_m: 0.17}", "body: round",
-                "robot.yaml:6: body is 'round', must be a mapping"},
-        BadCase{"StartInPart", "start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}", "start: {x_m: 0.31}",
-                "robot.yaml:4: start.y_m is missing: y at t = 0, metres\n"
-                "robot.yaml:4: start.heading_rad is missing: heading at t = 0, counter-clockwise from x, radians"},
-        BadCase{"ControlCharactersStayInLine", "name: nina", "name: nina\n\"bell\\a\\nline\": 1",
-                "robot.yaml:3: bell\\x07\\x0aline is unknown (known here: name, map, attach, start, latency_frames, "
-                "body, drive, "
-                "cameras, max_skew_s, rig, estimator, effects, waypoints_m)"}),
-    name_of<BadCase>);
+INSTANTIATE_TEST_SUITE_P(Values, BadRobotFile, testing::ValuesIn(kBadRobotValues), name_of<BadCase>);
 
-INSTANTIATE_TEST_SUITE_P(
-    Simulation, BadRobotFile,
-    testing::Values(
-        BadCase{"AttachToAPath", "latency_frames: 3", "attach: ../hall",
-                "robot.yaml:5: attach is '../hall', must be letters, digits, - and _"},
-        BadCase{"LagBeyondReason", "motor_lag_s: 0.07", "motor_lag_s: -0.07",
-                "robot.yaml:38: effects.motor_lag_s is -0.07 s, must be 0 to 60"},
-        BadCase{"WheelsOnTopOfEachOther", "  motor_lag_s: 0.07", "  wheel_separation_m: 0",
-                "robot.yaml:38: effects.wheel_separation_m is 0 m, must be > 0 and < 5"},
-        BadCase{"WheelsInsideOut", "  motor_lag_s: 0.07", "  wheel_radius_m: -0.05",
-                "robot.yaml:38: effects.wheel_radius_m is -0.05 m, must be > 0 and < 1"},
-        BadCase{"Weightless", "mass_kg: 4.2", "mass_kg: 0", "robot.yaml:39: effects.mass_kg is 0 kg, must be > 0"},
-        BadCase{"WheelsOnIce", "  mass_kg: 4.2", "  wheel_friction: 0",
-                "robot.yaml:39: effects.wheel_friction is 0, must be > 0"},
-        BadCase{"NegativeFriction", "body_friction: 0.25", "body_friction: -0.25",
-                "robot.yaml:40: effects.body_friction is -0.25, must be >= 0"},
-        BadCase{"FurtherCameraOfAnotherRate", "height_px: 60, rate_hz: 12.5", "height_px: 60, rate_hz: 25",
-                "robot.yaml:16: cameras.aft_2.rate_hz is 25 Hz, must be that of cameras.lower, 12.5"},
-        BadCase{"FurtherCameraThatNoSceneCanHave", "  aft_2:", "  aft-2:",
-                "robot.yaml:16: cameras.aft-2 is a mapping, must be named with letters, digits and _"},
-        BadCase{"FurtherCameraIsAWord",
-                "{driver: sim_povray, width_px: 80, height_px: 60, rate_hz: 12.5, effects: {distortion: []}}", "none",
-                "robot.yaml:16: cameras.aft_2 is 'none', must be a mapping"},
-        BadCase{"FurtherCameraInPart", "width_px: 80, height_px: 60, ", "width_px: 80, ",
-                "robot.yaml:16: cameras.aft_2.height_px is missing: height of the image, pixels"},
-        BadCase{"EffectsOfARealCamera", "aft_2: {driver: sim_povray",
-                "aft_2: {driver: v4l2_camera, device: /dev/video0",
-                "robot.yaml:16: cameras.aft_2.effects is a mapping, must be absent: driver v4l2_camera has no such "
-                "setting"}),
-    name_of<BadCase>);
+const BadCase kBadRobotKeys[] = {
+    {"Misspelt", "  max_speed_mps: 0.37", "  max_sped_mps: 0.37",
+     "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
+     "robot.yaml:11: drive.max_sped_mps is unknown, did you mean max_speed_mps? (known here: driver, "
+     "wheel_separation_m, wheel_radius_m, max_speed_mps, command_timeout_s)"},
+    {"WithoutItsUnit", "body: {radius_m: 0.17}", "body: {radius: 0.17}",
+     "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
+     "robot.yaml:6: body.radius is unknown, did you mean radius_m? (known here: radius_m)"},
+    {"LikeNoOther", "  slip: 0.013", "  earthquakes: 1",
+     "robot.yaml:36: effects.earthquakes is unknown (known here: slip, encoder_counts_per_turn, motor_lag_s, "
+     "wheel_separation_m, wheel_radius_m, mass_kg, wheel_friction, body_friction, camera)"},
+    {"Twice", "  max_speed_mps: 0.37", "  max_speed_mps: 0.37\n  max_speed_mps: 0.5",
+     "robot.yaml:12: drive.max_speed_mps is given twice, the first time in line 11"},
+    {"TwiceInOneLine", "{radius_m: 0.17}", "{radius_m: 0.17, radius_m: 0.17}",
+     "robot.yaml:6: body.radius_m is given twice, the first time in line 6"},
+    {"NotAWord", "{radius_m: 0.17}", "{radius_m: 0.17, [1, 2]: 3}",
+     "robot.yaml:6: body has a list of 2 as a key, must be a word"},
+    {"MergeKeyIsNoKey", "body: {radius_m: 0.17}", "body: {<<: {radius_m: 0.17}}",
+     "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
+     "robot.yaml:6: body.<< is unknown (known here: radius_m)"},
+    {"NoDrive",
+     "drive:\n  driver: sim_povray\n  wheel_separation_m: 0.29\n  wheel_radius_m: 0.043\n"
+     "  max_speed_mps: 0.37\n  command_timeout_s: 0.41\n",
+     "", "robot.yaml:2: drive is missing: the two wheels: driver, sizes, limits"},
+    {"WordForAMapping", "body: {radius_m: 0.17}", "body: round", "robot.yaml:6: body is 'round', must be a mapping"},
+    {"StartInPart", "start: {x_m: 0.31, y_m: -0.42, heading_rad: 0.53}", "start: {x_m: 0.31}",
+     "robot.yaml:4: start.y_m is missing: y at t = 0, metres\n"
+     "robot.yaml:4: start.heading_rad is missing: heading at t = 0, counter-clockwise from x, radians"},
+    {"ControlCharactersStayInLine", "name: nina", "name: nina\n\"bell\\a\\nline\": 1",
+     "robot.yaml:3: bell\\x07\\x0aline is unknown (known here: name, map, attach, start, latency_frames, "
+     "body, drive, "
+     "cameras, max_skew_s, rig, estimator, effects, waypoints_m)"}};
 
-INSTANTIATE_TEST_SUITE_P(
-    CameraEffects, BadRobotFile,
-    testing::Values(
-        BadCase{
-            "UnknownForAll", "    gain: 0.9", "    gian: 0.9",
-            "robot.yaml:42: effects.camera.gian is unknown (known here: gain, full_well_electrons, "
-            "read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s, shutter_samples, distortion, "
-            "distortion_focal_px, drop_probability, late_probability, stamp_late_s)"},
-        BadCase{"NoGain", "gain: 0.9", "gain: 0", "robot.yaml:42: effects.camera.gain is 0, must be > 0 and < 1000000"},
-        BadCase{"NoGainOfOne", "gain: 1.3", "gain: 0",
-                "robot.yaml:15: cameras.upper.effects.gain is 0, must be > 0 and < 1000000"},
-        BadCase{"NegativeWell", "full_well_electrons: 9000", "full_well_electrons: -1",
-                "robot.yaml:43: effects.camera.full_well_electrons is -1 e, must be 0 to 1000000000000"},
-        BadCase{"ReadNoiseOfUnknownScale", "    full_well_electrons: 9000\n", "",
-                "robot.yaml:43: effects.camera.read_noise_electrons is 11 e, must be absent or 0 without "
-                "full_well_electrons"},
-        BadCase{"ReadNoiseOfAnEmptyWell", "gain: 1.3", "full_well_electrons: 0",
-                "robot.yaml:15: cameras.upper.effects.full_well_electrons is 0 e, must be > 0 where there is "
-                "read_noise_electrons"},
-        BadCase{"MoreThanAllLight", "vignetting: 0.3", "vignetting: 1.1",
-                "robot.yaml:45: effects.camera.vignetting is 1.1, must be 0 to 1"},
-        BadCase{"DefocusInMillions", "defocus_px: 0.8", "defocus_px: 1e6",
-                "robot.yaml:46: effects.camera.defocus_px is 1e6 px, must be 0 to 50"},
-        BadCase{"NegativeShutter", "exposure_time_s: 0.012", "exposure_time_s: -0.012",
-                "robot.yaml:47: effects.camera.exposure_time_s is -0.012 s, must be 0 to 60"},
-        BadCase{"OneExposure", "shutter_samples: 6", "shutter_samples: 1",
-                "robot.yaml:49: effects.camera.shutter_samples is 1, must be 2 to 64"},
-        BadCase{
-            "ExposuresOfNoTime", "    exposure_time_s: 0.012\n    readout_s: 0.021\n", "",
-            "robot.yaml:47: effects.camera.shutter_samples is 6, must be absent without exposure_time_s and readout_s"},
-        BadCase{"ReadoutBeyondTheFrame", "readout_s: 0.021", "readout_s: 0.07",
-                "robot.yaml:48: effects.camera.readout_s is 0.07 s, must be less than a frame period, 0.08 s, together "
-                "with exposure_time_s"},
-        BadCase{
-            "ExposureOfOneBeyondTheFrame", "gain: 1.3", "exposure_time_s: 0.06",
-            "robot.yaml:15: cameras.upper.effects.exposure_time_s is 0.06 s, must be less than a frame period, 0.08 s, "
-            "together with readout_s"},
-        BadCase{"DistortionOfThree", "[-0.11, 0.02, 0.001, -0.002]", "[-0.11, 0.02, 0.001]",
-                "robot.yaml:50: effects.camera.distortion is [-0.11, 0.02, 0.001], must be a list of 0 or 4 or 5 "
-                "numbers"},
-        BadCase{"DistortionOfAWord", "-0.002]", "small]",
-                "robot.yaml:50: effects.camera.distortion[3] is 'small', must be a number"},
-        BadCase{"DistortionWithoutFocalLength", "    distortion_focal_px: 512.5\n", "",
-                "robot.yaml:50: effects.camera.distortion is [-0.11, 0.02, 0.001, -0.002], must be absent or empty "
-                "without distortion_focal_px"},
-        BadCase{"DistortionOfNoFocalLength", "distortion_focal_px: 512.5", "distortion_focal_px: 0",
-                "robot.yaml:51: effects.camera.distortion_focal_px is 0 px, must be > 0 where there is a distortion"},
-        BadCase{"DistortionOfTwoFocalLengths", "distortion_focal_px: 512.5", "distortion_focal_px: [512.5, 510]",
-                "robot.yaml:51: effects.camera.distortion_focal_px is [512.5, 510] px, must be one number, or twice "
-                "the same: a simulated lens has one"},
-        BadCase{"CertainLoss", "drop_probability: 0.01", "drop_probability: 1",
-                "robot.yaml:52: effects.camera.drop_probability is 1, must be 0 to below 1"},
-        BadCase{"CertainDelay", "late_probability: 0.02", "late_probability: -0.02",
-                "robot.yaml:53: effects.camera.late_probability is -0.02, must be 0 to below 1"},
-        BadCase{"StampInMilliseconds", "late_probability: 0.02", "stamp_late_s: 8",
-                "robot.yaml:53: effects.camera.stamp_late_s is 8 s, must be 0 to 0.5"},
-        BadCase{"StampBeforeTheExposure", "gain: 1.3", "stamp_late_s: -0.008",
-                "robot.yaml:15: cameras.upper.effects.stamp_late_s is -0.008 s, must be 0 to 0.5"}),
-    name_of<BadCase>);
+INSTANTIATE_TEST_SUITE_P(Keys, BadRobotFile, testing::ValuesIn(kBadRobotKeys), name_of<BadCase>);
+
+const BadCase kSimulationCases[] = {
+    {"AttachToAPath", "latency_frames: 3", "attach: ../hall",
+     "robot.yaml:5: attach is '../hall', must be letters, digits, - and _"},
+    {"LagBeyondReason", "motor_lag_s: 0.07", "motor_lag_s: -0.07",
+     "robot.yaml:38: effects.motor_lag_s is -0.07 s, must be 0 to 60"},
+    {"WheelsOnTopOfEachOther", "  motor_lag_s: 0.07", "  wheel_separation_m: 0",
+     "robot.yaml:38: effects.wheel_separation_m is 0 m, must be > 0 and < 5"},
+    {"WheelsInsideOut", "  motor_lag_s: 0.07", "  wheel_radius_m: -0.05",
+     "robot.yaml:38: effects.wheel_radius_m is -0.05 m, must be > 0 and < 1"},
+    {"Weightless", "mass_kg: 4.2", "mass_kg: 0", "robot.yaml:39: effects.mass_kg is 0 kg, must be > 0"},
+    {"WheelsOnIce", "  mass_kg: 4.2", "  wheel_friction: 0", "robot.yaml:39: effects.wheel_friction is 0, must be > 0"},
+    {"NegativeFriction", "body_friction: 0.25", "body_friction: -0.25",
+     "robot.yaml:40: effects.body_friction is -0.25, must be >= 0"},
+    {"FurtherCameraOfAnotherRate", "height_px: 60, rate_hz: 12.5", "height_px: 60, rate_hz: 25",
+     "robot.yaml:16: cameras.aft_2.rate_hz is 25 Hz, must be that of cameras.lower, 12.5"},
+    {"FurtherCameraThatNoSceneCanHave",
+     "  aft_2:", "  aft-2:", "robot.yaml:16: cameras.aft-2 is a mapping, must be named with letters, digits and _"},
+    {"FurtherCameraIsAWord",
+     "{driver: sim_povray, width_px: 80, height_px: 60, rate_hz: 12.5, effects: {distortion: []}}", "none",
+     "robot.yaml:16: cameras.aft_2 is 'none', must be a mapping"},
+    {"FurtherCameraInPart", "width_px: 80, height_px: 60, ", "width_px: 80, ",
+     "robot.yaml:16: cameras.aft_2.height_px is missing: height of the image, pixels"},
+    {"EffectsOfARealCamera", "aft_2: {driver: sim_povray", "aft_2: {driver: v4l2_camera, device: /dev/video0",
+     "robot.yaml:16: cameras.aft_2.effects is a mapping, must be absent: driver v4l2_camera has no such "
+     "setting"}};
+
+INSTANTIATE_TEST_SUITE_P(Simulation, BadRobotFile, testing::ValuesIn(kSimulationCases), name_of<BadCase>);
+
+const BadCase kCameraEffectsCases[] = {
+    {"UnknownForAll", "    gain: 0.9", "    gian: 0.9",
+     "robot.yaml:42: effects.camera.gian is unknown (known here: gain, full_well_electrons, "
+     "read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s, shutter_samples, distortion, "
+     "distortion_focal_px, drop_probability, late_probability, stamp_late_s)"},
+    {"NoGain", "gain: 0.9", "gain: 0", "robot.yaml:42: effects.camera.gain is 0, must be > 0 and < 1000000"},
+    {"NoGainOfOne", "gain: 1.3", "gain: 0",
+     "robot.yaml:15: cameras.upper.effects.gain is 0, must be > 0 and < 1000000"},
+    {"NegativeWell", "full_well_electrons: 9000", "full_well_electrons: -1",
+     "robot.yaml:43: effects.camera.full_well_electrons is -1 e, must be 0 to 1000000000000"},
+    {"ReadNoiseOfUnknownScale", "    full_well_electrons: 9000\n", "",
+     "robot.yaml:43: effects.camera.read_noise_electrons is 11 e, must be absent or 0 without "
+     "full_well_electrons"},
+    {"ReadNoiseOfAnEmptyWell", "gain: 1.3", "full_well_electrons: 0",
+     "robot.yaml:15: cameras.upper.effects.full_well_electrons is 0 e, must be > 0 where there is "
+     "read_noise_electrons"},
+    {"MoreThanAllLight", "vignetting: 0.3", "vignetting: 1.1",
+     "robot.yaml:45: effects.camera.vignetting is 1.1, must be 0 to 1"},
+    {"DefocusInMillions", "defocus_px: 0.8", "defocus_px: 1e6",
+     "robot.yaml:46: effects.camera.defocus_px is 1e6 px, must be 0 to 50"},
+    {"NegativeShutter", "exposure_time_s: 0.012", "exposure_time_s: -0.012",
+     "robot.yaml:47: effects.camera.exposure_time_s is -0.012 s, must be 0 to 60"},
+    {"OneExposure", "shutter_samples: 6", "shutter_samples: 1",
+     "robot.yaml:49: effects.camera.shutter_samples is 1, must be 2 to 64"},
+    {"ExposuresOfNoTime", "    exposure_time_s: 0.012\n    readout_s: 0.021\n", "",
+     "robot.yaml:47: effects.camera.shutter_samples is 6, must be absent without exposure_time_s and readout_s"},
+    {"ReadoutBeyondTheFrame", "readout_s: 0.021", "readout_s: 0.07",
+     "robot.yaml:48: effects.camera.readout_s is 0.07 s, must be less than a frame period, 0.08 s, together "
+     "with exposure_time_s"},
+    {"ExposureOfOneBeyondTheFrame", "gain: 1.3", "exposure_time_s: 0.06",
+     "robot.yaml:15: cameras.upper.effects.exposure_time_s is 0.06 s, must be less than a frame period, 0.08 s, "
+     "together with readout_s"},
+    {"DistortionOfThree", "[-0.11, 0.02, 0.001, -0.002]", "[-0.11, 0.02, 0.001]",
+     "robot.yaml:50: effects.camera.distortion is [-0.11, 0.02, 0.001], must be a list of 0 or 4 or 5 "
+     "numbers"},
+    {"DistortionOfAWord", "-0.002]", "small]",
+     "robot.yaml:50: effects.camera.distortion[3] is 'small', must be a number"},
+    {"DistortionWithoutFocalLength", "    distortion_focal_px: 512.5\n", "",
+     "robot.yaml:50: effects.camera.distortion is [-0.11, 0.02, 0.001, -0.002], must be absent or empty "
+     "without distortion_focal_px"},
+    {"DistortionOfNoFocalLength", "distortion_focal_px: 512.5", "distortion_focal_px: 0",
+     "robot.yaml:51: effects.camera.distortion_focal_px is 0 px, must be > 0 where there is a distortion"},
+    {"DistortionOfTwoFocalLengths", "distortion_focal_px: 512.5", "distortion_focal_px: [512.5, 510]",
+     "robot.yaml:51: effects.camera.distortion_focal_px is [512.5, 510] px, must be one number, or twice "
+     "the same: a simulated lens has one"},
+    {"CertainLoss", "drop_probability: 0.01", "drop_probability: 1",
+     "robot.yaml:52: effects.camera.drop_probability is 1, must be 0 to below 1"},
+    {"CertainDelay", "late_probability: 0.02", "late_probability: -0.02",
+     "robot.yaml:53: effects.camera.late_probability is -0.02, must be 0 to below 1"},
+    {"StampInMilliseconds", "late_probability: 0.02", "stamp_late_s: 8",
+     "robot.yaml:53: effects.camera.stamp_late_s is 8 s, must be 0 to 0.5"},
+    {"StampBeforeTheExposure", "gain: 1.3", "stamp_late_s: -0.008",
+     "robot.yaml:15: cameras.upper.effects.stamp_late_s is -0.008 s, must be 0 to 0.5"}};
+
+INSTANTIATE_TEST_SUITE_P(CameraEffects, BadRobotFile, testing::ValuesIn(kCameraEffectsCases), name_of<BadCase>);
 
 TEST(RobotFile, TakesTheFocalLengthOfASimulatedLensAsAPairToo) {
   const std::string pair = with(good_robot_text(), "distortion_focal_px: 512.5", "distortion_focal_px: [512.5, 512.5]");
@@ -477,7 +463,7 @@ TEST(RobotFile, TakesTheFocalLengthOfASimulatedLensAsAPairToo) {
 
 TEST(RobotFile, ReportsAFocalLengthWithoutDistortion) {
   std::string text = with(good_robot_text(), "    distortion: [-0.11, 0.02, 0.001, -0.002]\n", "");
-  EXPECT_EQ(message_of([&] { parsed_robot(text); }), "accepted") << "one camera has `distortion: []`";
+  EXPECT_EQ(message_of([&] { parsed_robot(text); }), "no error") << "one camera has `distortion: []`";
   text = with(text, ", effects: {distortion: []}", "");
   EXPECT_EQ(message_of([&] { parsed_robot(text); }),
             "robot.yaml:50: effects.camera.distortion_focal_px is 512.5 px, must be absent without distortion");

@@ -157,7 +157,7 @@ struct DriveTruth {
   double counts_per_turn = 1000;
   bool motors_crossed = false, encoders_crossed = false;
   bool left_motor_backward = false, left_encoder_backward = false;
-  bool left_encoder_dead = false, right_encoder_dead = false, both_turn = false;
+  bool left_encoder_dead = false, both_turn = false;
   double speed_factor = 1;
   double least_radps = 0;        ///< a slower command turns no wheel
   double creep_radps = 0;        ///< without any command
@@ -218,7 +218,7 @@ class BenchDrive final : public DiffDrive {
     if (truth_.lose_every > 0 && calls_ % truth_.lose_every == 0) return silence();
     turn_on();
     double left = truth_.left_encoder_dead ? 0 : angle_[0];
-    double right = truth_.right_encoder_dead ? 0 : angle_[1];
+    double right = angle_[1];
     if (truth_.left_encoder_backward) left = -left;
     if (truth_.encoders_crossed) std::swap(left, right);
     const double count_rad = 2 * std::numbers::pi / truth_.counts_per_turn;
@@ -251,7 +251,7 @@ inline Row row_of(const Report& report, const std::string& part, const std::stri
   for (const Row& row : report.rows()) {
     if (row.part == part && row.check == check) return row;
   }
-  return {"", "no such row", table(report), Verdict::kNotRun};
+  return {"", "no such row", table(report), kNotRun};
 }
 
 inline void PrintTo(const Verdict& verdict, std::ostream* out) { *out << to_string(verdict); }

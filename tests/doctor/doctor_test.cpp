@@ -90,9 +90,9 @@ TEST(Doctor, ARobotInOrderIsOkExceptForWhatWasNotSeen) {
   bench.options.wheels_off_the_ground = true;
   const Report report = bench.examined();
   EXPECT_FALSE(report.has_failed()) << table(report);
-  EXPECT_EQ(report.count(Verdict::kWarning), 0U) << table(report);
-  EXPECT_EQ(report.count(Verdict::kNotRun), 2U) << table(report);
-  EXPECT_EQ(row_of(report, "drive", "wheels seen").verdict, Verdict::kNotRun);
+  EXPECT_EQ(report.count(kWarning), 0U) << table(report);
+  EXPECT_EQ(report.count(kNotRun), 2U) << table(report);
+  EXPECT_EQ(row_of(report, "drive", "wheels seen").verdict, kNotRun);
   EXPECT_GT(bench.wheels->moves, 0);
   for (const char* part : {"files", "lower", "upper", "pair", "drive"}) {
     EXPECT_THAT(table(report), HasSubstr(std::string("\n") + part + " "));
@@ -103,7 +103,7 @@ TEST(Doctor, WithoutAUserAndTheOptionNoWheelTurns) {
   Bench bench;
   const Report report = bench.examined();
   EXPECT_EQ(bench.wheels->moves, 0) << "commands";
-  EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
+  EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, kNotRun);
   EXPECT_THAT(row_of(report, "drive", "moving tests").advice, HasSubstr("--wheels-off-the-ground"));
   EXPECT_FALSE(report.has_failed()) << table(report);
 }
@@ -115,7 +115,7 @@ TEST(Doctor, TheAnswerNoTurnsNoWheel) {
   EXPECT_EQ(bench.wheels->moves, 0) << "commands";
   ASSERT_EQ(bench.asked.size(), 1U);
   EXPECT_THAT(bench.asked[0], HasSubstr("off the ground"));
-  EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
+  EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, kNotRun);
 }
 
 TEST(Doctor, TheAnswerYesTurnsTheWheels) {
@@ -125,7 +125,7 @@ TEST(Doctor, TheAnswerYesTurnsTheWheels) {
   };
   const Report report = bench.examined();
   EXPECT_GT(bench.wheels->moves, 0) << "commands";
-  EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, Verdict::kOk);
+  EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, kOk);
 }
 
 TEST(Doctor, WheelsThatCreepAreNotCommandedToTurn) {
@@ -135,7 +135,7 @@ TEST(Doctor, WheelsThatCreepAreNotCommandedToTurn) {
   const Report report = bench.examined();
   EXPECT_EQ(bench.wheels->moves, 0) << "commands";
   EXPECT_TRUE(report.has_failed());
-  EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
+  EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, kNotRun);
 }
 
 TEST(Doctor, WithAMissingCameraAllOtherPartsAreTested) {
@@ -143,12 +143,12 @@ TEST(Doctor, WithAMissingCameraAllOtherPartsAreTested) {
   bench.no_upper = Error{ErrorCode::kNotFound, "/dev/upper: No such file or directory"};
   const Report report = bench.examined();
   const Row row = row_of(report, "upper", "opens");
-  EXPECT_EQ(row.verdict, Verdict::kFailed);
+  EXPECT_EQ(row.verdict, kFailed);
   EXPECT_EQ(row.measured, "/dev/upper: No such file or directory");
   EXPECT_THAT(row.advice, HasSubstr("plug it in"));
-  EXPECT_EQ(row_of(report, "pair", "stream").verdict, Verdict::kNotRun);
-  EXPECT_EQ(row_of(report, "lower", "rate").verdict, Verdict::kOk);
-  EXPECT_EQ(row_of(report, "drive", "angles").verdict, Verdict::kOk);
+  EXPECT_EQ(row_of(report, "pair", "stream").verdict, kNotRun);
+  EXPECT_EQ(row_of(report, "lower", "rate").verdict, kOk);
+  EXPECT_EQ(row_of(report, "drive", "angles").verdict, kOk);
 }
 
 TEST(Doctor, OneCameraForTwoEntriesIsARowAndNoPair) {
@@ -159,7 +159,7 @@ TEST(Doctor, OneCameraForTwoEntriesIsARowAndNoPair) {
   }
   const Report report = bench.examined();
   const Row row = row_of(report, "cameras", "two devices");
-  EXPECT_EQ(row.verdict, Verdict::kFailed);
+  EXPECT_EQ(row.verdict, kFailed);
   EXPECT_THAT(row.measured, HasSubstr("are one camera, /dev/upper"));
   EXPECT_THAT(row.advice, HasSubstr("each its own device:"));
   EXPECT_EQ(row_of(report, "pair", "stream").check, "no such row");
@@ -170,7 +170,7 @@ TEST(Doctor, AMissingControllerIsOneRow) {
   bench.options.wheels_off_the_ground = true;
   bench.no_drive = Error{ErrorCode::kTimeout, "drive: no answer"};
   const Row row = row_of(bench.examined(), "drive", "opens");
-  EXPECT_EQ(row.verdict, Verdict::kFailed);
+  EXPECT_EQ(row.verdict, kFailed);
   EXPECT_EQ(row.measured, "no answer");
   EXPECT_THAT(row.advice, HasSubstr("protocol, baud"));
 }
@@ -179,8 +179,8 @@ TEST(Doctor, WithAnUnreadableMapAllPartsAreTested) {
   Bench bench;
   static_cast<void>(bench.folder.write("room.map.yaml", "bounds_m: 7\n"));
   const Report report = bench.examined();
-  EXPECT_EQ(row_of(report, "files", "map").verdict, Verdict::kFailed);
-  EXPECT_EQ(row_of(report, "lower", "rate").verdict, Verdict::kOk);
+  EXPECT_EQ(row_of(report, "files", "map").verdict, kFailed);
+  EXPECT_EQ(row_of(report, "lower", "rate").verdict, kOk);
 }
 
 TEST(Doctor, InconsistentFilesAreReported) {
@@ -191,7 +191,7 @@ TEST(Doctor, InconsistentFilesAreReported) {
 )";
   bench.drive = "sim_povray";
   const Row row = row_of(bench.examined(), "files", "consistency");
-  EXPECT_EQ(row.verdict, Verdict::kFailed);
+  EXPECT_EQ(row.verdict, kFailed);
   EXPECT_THAT(row.measured, HasSubstr("start is missing"));
 }
 
@@ -201,7 +201,7 @@ TEST(Doctor, AnInterruptionEndsIt) {
   int sleeps = 130;
   bench.at_each_sleep = [&] { bench.stop = bench.stop || --sleeps == 0; };
   const Report report = bench.examined();
-  EXPECT_EQ(report.rows().back().verdict, Verdict::kFailed);
+  EXPECT_EQ(report.rows().back().verdict, kFailed);
   EXPECT_THAT(report.rows().back().measured, HasSubstr("stopped from outside"));
 }
 
@@ -213,7 +213,7 @@ TEST(Doctor, AnExceptionOfAPartIsItsFailure) {
     throw std::runtime_error("the terminal broke");
   };
   const Report report = bench.examined();
-  EXPECT_EQ(row_of(report, "drive", "exception").verdict, Verdict::kFailed);
+  EXPECT_EQ(row_of(report, "drive", "exception").verdict, kFailed);
   EXPECT_EQ(row_of(report, "drive", "exception").measured, "the terminal broke");
 }
 
@@ -222,7 +222,7 @@ TEST(Doctor, PartsWithoutDeviceAreTestedAsAWhole) {
   bench.cameras = kMemory;
   bench.drive = "memory";
   const Report report = bench.examined();
-  EXPECT_EQ(report.count(Verdict::kOk), report.rows().size()) << table(report);
+  EXPECT_EQ(report.count(kOk), report.rows().size()) << table(report);
   EXPECT_THAT(row_of(report, "lower", "driver").measured, HasSubstr("no bench test"));
   EXPECT_THAT(row_of(report, "robot", "pair").measured, HasSubstr("received"));
 }
@@ -236,7 +236,7 @@ TEST(Doctor, AWholeRobotThatDoesNotOpenIsReported) {
     return Error{ErrorCode::kUnavailable, "POV-Ray is not installed"};
   };
   const Report report = examine(bench.robot(), bench.options, openers, bench.surroundings());
-  EXPECT_EQ(row_of(report, "robot", "opens").verdict, Verdict::kFailed);
+  EXPECT_EQ(row_of(report, "robot", "opens").verdict, kFailed);
 }
 
 TEST(Doctor, RealCamerasWithoutADriveAreTested) {
@@ -244,8 +244,8 @@ TEST(Doctor, RealCamerasWithoutADriveAreTested) {
   bench.drive = "memory";
   bench.options.wheels_off_the_ground = true;
   const Report report = bench.examined();
-  EXPECT_EQ(row_of(report, "drive", "driver").verdict, Verdict::kNotRun);
-  EXPECT_EQ(row_of(report, "pair", "pairs").verdict, Verdict::kOk);
+  EXPECT_EQ(row_of(report, "drive", "driver").verdict, kNotRun);
+  EXPECT_EQ(row_of(report, "pair", "pairs").verdict, kOk);
 }
 
 }  // namespace

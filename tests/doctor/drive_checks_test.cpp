@@ -78,98 +78,62 @@ TEST_P(Drives, AreJudged) {
 const DriveTruth kBothCrossed{.motors_crossed = true, .encoders_crossed = true};
 const DriveTruth kBothBackward{.left_motor_backward = true, .left_encoder_backward = true};
 
-INSTANTIATE_TEST_SUITE_P(
-    Standing, Drives,
-    testing::Values(DriveCase{"nothing_stops_it",
-                              {.own_timeout = {}, .has_watchdog = false},
-                              {},
-                              "time-out",
-                              Verdict::kFailed,
-                              "watchdog"},
-                    DriveCase{"its_own_is_longer",
-                              {.own_timeout = 2000ms, .has_watchdog = false},
-                              {},
-                              "time-out",
-                              Verdict::kFailed,
-                              "watchdog"},
-                    DriveCase{"the_watchdog_is_enough", {.own_timeout = {}}, {}, "time-out", Verdict::kOk, ""},
-                    DriveCase{"its_own_is_enough", {.has_watchdog = false}, {}, "time-out", Verdict::kOk, ""},
-                    DriveCase{"silent", {.silent_after = 0}, {}, "angles", Verdict::kFailed, "power"},
-                    DriveCase{"answers_seldom", {.lose_every = 3}, {}, "angles", Verdict::kFailed, "no answer"},
-                    DriveCase{"answers_mostly", {.lose_every = 20}, {}, "angles", Verdict::kWarning, "no answer"},
-                    DriveCase{"slow", {.read_takes_s = 0.027}, {}, "angles", Verdict::kWarning, "baud"},
-                    DriveCase{
-                        "creeps", {.creep_radps = 0.3}, {}, "standing still", Verdict::kFailed, "without a command"}),
-    [](const auto& each) { return each.param.name; });
+const DriveCase kStandingDriveCases[] = {
+    {"nothing_stops_it", {.own_timeout = {}, .has_watchdog = false}, {}, "time-out", kFailed, "watchdog"},
+    {"its_own_is_longer", {.own_timeout = 2000ms, .has_watchdog = false}, {}, "time-out", kFailed, "watchdog"},
+    {"the_watchdog_is_enough", {.own_timeout = {}}, {}, "time-out", kOk, ""},
+    {"its_own_is_enough", {.has_watchdog = false}, {}, "time-out", kOk, ""},
+    {"silent", {.silent_after = 0}, {}, "angles", kFailed, "power"},
+    {"answers_seldom", {.lose_every = 3}, {}, "angles", kFailed, "no answer"},
+    {"answers_mostly", {.lose_every = 20}, {}, "angles", kWarning, "no answer"},
+    {"slow", {.read_takes_s = 0.027}, {}, "angles", kWarning, "baud"},
+    {"creeps", {.creep_radps = 0.3}, {}, "standing still", kFailed, "without a command"}};
 
-INSTANTIATE_TEST_SUITE_P(
-    Moving, Drives,
-    testing::Values(
-        // Motors and encoders are exchanged together: only the user can see it, and the file's keys correct it.
-        DriveCase{"swapped", kBothCrossed, Eyes{"rf", "lf"}, "left wheel", Verdict::kFailed, "swap_wheels: true"},
-        DriveCase{"swapped_right", kBothCrossed, Eyes{"rf", "lf"}, "right wheel", Verdict::kFailed,
-                  "swap_wheels: true"},
-        DriveCase{"reversed", kBothBackward, Eyes{"left backward", "rf"}, "left wheel", Verdict::kFailed,
-                  "reverse_left: true"},
-        DriveCase{"other_is_fine", kBothBackward, Eyes{"lb", "rf"}, "right wheel", Verdict::kOk, ""},
-        DriveCase{"swapped_unseen", kBothCrossed, {}, "wheels seen", Verdict::kNotRun, "terminal"},
-        // No key helps where an encoder does not measure its own motor.
-        DriveCase{
-            "encoders_crossed", {.encoders_crossed = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoders' plugs"},
-        DriveCase{"motors_crossed",
-                  {.motors_crossed = true},
-                  Eyes{"rf", "lf"},
-                  "left wheel",
-                  Verdict::kFailed,
-                  "motors' plugs"},
-        DriveCase{"crossed_unseen", {.motors_crossed = true}, {}, "left wheel", Verdict::kFailed, "crossed"},
-        DriveCase{
-            "encoder_backward", {.left_encoder_backward = true}, Eyes{}, "left wheel", Verdict::kFailed, "A and B"},
-        DriveCase{"motor_backward",
-                  {.left_motor_backward = true},
-                  Eyes{"lb", "rf"},
-                  "left wheel",
-                  Verdict::kFailed,
-                  "two leads"},
-        DriveCase{"backward_unseen", {.left_motor_backward = true}, {}, "left wheel", Verdict::kFailed, "two leads"},
-        DriveCase{"not_counted", {.left_encoder_dead = true}, Eyes{}, "left wheel", Verdict::kFailed, "encoder's plug"},
-        DriveCase{"no_motion", {.speed_factor = 0}, {}, "left wheel", Verdict::kFailed, "power"},
-        DriveCase{"no_motion_no_stop", {.speed_factor = 0}, {}, "stop time", Verdict::kNotRun, "rows"},
-        DriveCase{"both_turn", {.both_turn = true}, {}, "left wheel", Verdict::kFailed, "both turn"},
-        DriveCase{"runs_away", {.speed_factor = 5}, {}, "left wheel", Verdict::kFailed, "PID"},
-        DriveCase{"a_little_slow", {.speed_factor = 0.85}, {}, "right speed", Verdict::kWarning, "PID"},
-        DriveCase{"far_too_slow", {.speed_factor = 0.6}, {}, "right speed", Verdict::kFailed, "battery"},
-        DriveCase{"turns_slowly", {}, {}, "least speed", Verdict::kOk, ""},
-        DriveCase{
-            "turns_only_fast", {.least_radps = 0.7}, {}, "least speed", Verdict::kWarning, "least_speed_radps: 0.81"},
-        DriveCase{"turns_right", {}, Eyes{"", "", "5.1"}, "counts per turn", Verdict::kOk, ""},
-        DriveCase{
-            "turns_wrong", {}, Eyes{"lf", "rf", "4.0"}, "counts per turn", Verdict::kFailed, "counts_per_turn: 1249"},
-        DriveCase{"turns_not_seen", {}, Eyes{"lf", "rf", ""}, "counts per turn", Verdict::kNotRun, "again"},
-        DriveCase{"turns_no_number", {}, Eyes{"lf", "rf", "five"}, "counts per turn", Verdict::kNotRun, "again"},
-        DriveCase{"turns_nobody", {}, {}, "counts per turn", Verdict::kNotRun, "terminal"},
-        DriveCase{"stops_late",
-                  {.stop_takes_s = 0.71, .silence_takes_s = 5},
-                  {},
-                  "stop, commanded",
-                  Verdict::kFailed,
-                  "brake"},
-        DriveCase{"stops_in_time", {.stop_takes_s = 0.31}, {}, "stop, commanded", Verdict::kOk, ""},
-        DriveCase{"stops_never",
-                  {.stop_takes_s = 1e6, .silence_takes_s = 1e6},
-                  {},
-                  "stop, commanded",
-                  Verdict::kFailed,
-                  "brake"},
-        DriveCase{"silence_in_time", {.silence_takes_s = 0.56}, {}, "stop, silence", Verdict::kOk, ""},
-        DriveCase{"silence_late", {.silence_takes_s = 0.66}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
-        DriveCase{"silence_never", {.silence_takes_s = 1e6}, {}, "stop, silence", Verdict::kFailed, "do not drive"},
-        DriveCase{"falls_silent", {.silent_after = 120}, {}, "left wheel", Verdict::kFailed, "power"}),
-    [](const auto& each) { return each.param.name; });
+INSTANTIATE_TEST_SUITE_P(Standing, Drives, testing::ValuesIn(kStandingDriveCases),
+                         [](const auto& each) { return each.param.name; });
+
+const DriveCase kMovingDriveCases[] = {
+    // Motors and encoders are exchanged together: only the user can see it, and the file's keys correct it.
+    {"swapped", kBothCrossed, Eyes{"rf", "lf"}, "left wheel", kFailed, "swap_wheels: true"},
+    {"swapped_right", kBothCrossed, Eyes{"rf", "lf"}, "right wheel", kFailed, "swap_wheels: true"},
+    {"reversed", kBothBackward, Eyes{"left backward", "rf"}, "left wheel", kFailed, "reverse_left: true"},
+    {"other_is_fine", kBothBackward, Eyes{"lb", "rf"}, "right wheel", kOk, ""},
+    {"swapped_unseen", kBothCrossed, {}, "wheels seen", kNotRun, "terminal"},
+    // No key helps where an encoder does not measure its own motor.
+    {"encoders_crossed", {.encoders_crossed = true}, Eyes{}, "left wheel", kFailed, "encoders' plugs"},
+    {"motors_crossed", {.motors_crossed = true}, Eyes{"rf", "lf"}, "left wheel", kFailed, "motors' plugs"},
+    {"crossed_unseen", {.motors_crossed = true}, {}, "left wheel", kFailed, "crossed"},
+    {"encoder_backward", {.left_encoder_backward = true}, Eyes{}, "left wheel", kFailed, "A and B"},
+    {"motor_backward", {.left_motor_backward = true}, Eyes{"lb", "rf"}, "left wheel", kFailed, "two leads"},
+    {"backward_unseen", {.left_motor_backward = true}, {}, "left wheel", kFailed, "two leads"},
+    {"not_counted", {.left_encoder_dead = true}, Eyes{}, "left wheel", kFailed, "encoder's plug"},
+    {"no_motion", {.speed_factor = 0}, {}, "left wheel", kFailed, "power"},
+    {"no_motion_no_stop", {.speed_factor = 0}, {}, "stop time", kNotRun, "rows"},
+    {"both_turn", {.both_turn = true}, {}, "left wheel", kFailed, "both turn"},
+    {"runs_away", {.speed_factor = 5}, {}, "left wheel", kFailed, "PID"},
+    {"a_little_slow", {.speed_factor = 0.85}, {}, "right speed", kWarning, "PID"},
+    {"far_too_slow", {.speed_factor = 0.6}, {}, "right speed", kFailed, "battery"},
+    {"turns_slowly", {}, {}, "least speed", kOk, ""},
+    {"turns_only_fast", {.least_radps = 0.7}, {}, "least speed", kWarning, "least_speed_radps: 0.81"},
+    {"turns_right", {}, Eyes{"", "", "5.1"}, "counts per turn", kOk, ""},
+    {"turns_wrong", {}, Eyes{"lf", "rf", "4.0"}, "counts per turn", kFailed, "counts_per_turn: 1249"},
+    {"turns_not_seen", {}, Eyes{"lf", "rf", ""}, "counts per turn", kNotRun, "again"},
+    {"turns_no_number", {}, Eyes{"lf", "rf", "five"}, "counts per turn", kNotRun, "again"},
+    {"turns_nobody", {}, {}, "counts per turn", kNotRun, "terminal"},
+    {"stops_late", {.stop_takes_s = 0.71, .silence_takes_s = 5}, {}, "stop, commanded", kFailed, "brake"},
+    {"stops_in_time", {.stop_takes_s = 0.31}, {}, "stop, commanded", kOk, ""},
+    {"stops_never", {.stop_takes_s = 1e6, .silence_takes_s = 1e6}, {}, "stop, commanded", kFailed, "brake"},
+    {"silence_in_time", {.silence_takes_s = 0.56}, {}, "stop, silence", kOk, ""},
+    {"silence_late", {.silence_takes_s = 0.66}, {}, "stop, silence", kFailed, "do not drive"},
+    {"silence_never", {.silence_takes_s = 1e6}, {}, "stop, silence", kFailed, "do not drive"},
+    {"falls_silent", {.silent_after = 120}, {}, "left wheel", kFailed, "power"}};
+
+INSTANTIATE_TEST_SUITE_P(Moving, Drives, testing::ValuesIn(kMovingDriveCases),
+                         [](const auto& each) { return each.param.name; });
 
 TEST(DoctorDrive, ThatIsInOrderIsOk) {
   const Report report = checked({}, Eyes{});
-  EXPECT_EQ(report.count(Verdict::kOk), report.rows().size()) << table(report);
+  EXPECT_EQ(report.count(kOk), report.rows().size()) << table(report);
   EXPECT_THAT(row_of(report, "drive", "stop, silence").measured, HasSubstr("0.5"));
 }
 
@@ -222,7 +186,7 @@ TEST(DoctorDrive, ABadCableIsReported) {
                                          7);
   Report report;
   check_standing_drive({part_of({}), kPeriod_s}, drive, fake.surroundings(), report);
-  EXPECT_EQ(row_of(report, "drive", "angles").verdict, Verdict::kWarning);
+  EXPECT_EQ(row_of(report, "drive", "angles").verdict, kWarning);
 }
 
 TEST(DoctorDrive, OnlyYesPermits) {
@@ -231,7 +195,7 @@ TEST(DoctorDrive, OnlyYesPermits) {
     fake.person = [answer](const std::string&) { return answer; };
     Report report;
     EXPECT_EQ(ask_off_the_ground(false, fake.surroundings(), report), Permission::kRefused) << answer;
-    EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, Verdict::kNotRun);
+    EXPECT_EQ(row_of(report, "drive", "moving tests").verdict, kNotRun);
   }
   FakeSurroundings fake;
   Report report;

@@ -76,18 +76,18 @@ TEST_P(Emulateds, AreFoundInOrder) {
     if (!report.has_failed()) break;
   }
   EXPECT_FALSE(report.has_failed()) << table(report);
-  EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, Verdict::kOk) << table(report);
-  EXPECT_EQ(row_of(report, "drive", "left wheel").verdict, Verdict::kOk) << table(report);
+  EXPECT_EQ(row_of(report, "drive", "stop, silence").verdict, kOk) << table(report);
+  EXPECT_EQ(row_of(report, "drive", "left wheel").verdict, kOk) << table(report);
   EXPECT_THAT(row_of(report, "drive", "least speed").measured, testing::HasSubstr("turns both wheels"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Protocols, Emulateds,
-                         testing::Values(Controller{"ros_arduino_bridge", "ros_arduino_bridge", "ros_arduino_bridge",
-                                                    1440},
-                                         Controller{"roboclaw", "roboclaw", "roboclaw", 508.8},
-                                         Controller{"create2", "create2", "create2", 508.8},
-                                         Controller{"arduino_emulator", std::string(emulator::kArduinoEmulator),
-                                                    "ros_arduino_bridge", 1440}),
+const Controller kProtocols[] = {
+    {"ros_arduino_bridge", "ros_arduino_bridge", "ros_arduino_bridge", 1440},
+    {"roboclaw", "roboclaw", "roboclaw", 508.8},
+    {"create2", "create2", "create2", 508.8},
+    {"arduino_emulator", std::string(emulator::kArduinoEmulator), "ros_arduino_bridge", 1440}};
+
+INSTANTIATE_TEST_SUITE_P(Protocols, Emulateds, testing::ValuesIn(kProtocols),
                          [](const auto& each) { return std::string(each.param.name); });
 
 // Catches the advice to check the encoders' wiring where each control loop drives the other wheel.
@@ -96,11 +96,11 @@ TEST(CrossedMotors, WithAControlLoopRunAwayAndTheirPlugsAreNamed) {
       checked_in_real_time({"crossed", std::string(emulator::kArduinoEmulator), "ros_arduino_bridge", 1440, true});
   for (const char* wheel : {"left wheel", "right wheel"}) {
     const Row row = row_of(report, "drive", wheel);
-    EXPECT_EQ(row.verdict, Verdict::kFailed) << table(report);
+    EXPECT_EQ(row.verdict, kFailed) << table(report);
     EXPECT_THAT(row.measured, testing::HasSubstr("ran away")) << table(report);
     EXPECT_THAT(row.advice, testing::HasSubstr("the two motors' plugs, not the encoders'")) << table(report);
   }
-  EXPECT_EQ(row_of(report, "drive", "stop time").verdict, Verdict::kNotRun) << "the wheels do not obey";
+  EXPECT_EQ(row_of(report, "drive", "stop time").verdict, kNotRun) << "the wheels do not obey";
 }
 
 }  // namespace

@@ -38,28 +38,28 @@ TEST_P(Images, AreJudged) {
   EXPECT_THAT(row.advice, HasSubstr(c.advice));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Each, Images,
-    testing::Values(ImageCase{"fine", {}, "exposure", Verdict::kOk, ""},
-                    ImageCase{"fine_mirror", {}, "mirror", Verdict::kOk, ""},
-                    ImageCase{"fine_focus", {}, "focus", Verdict::kOk, ""},
-                    ImageCase{"lens_cap", {.inside = 3, .outside = 2}, "exposure", Verdict::kFailed, "lens cap"},
-                    ImageCase{"dim", {.inside = 30, .outside = 90}, "exposure", Verdict::kWarning, "dark"},
-                    ImageCase{"bright", {.inside = 220, .outside = 90}, "exposure", Verdict::kWarning, "bright"},
-                    ImageCase{"white", {.inside = 255, .outside = 255}, "exposure", Verdict::kFailed, "white"},
-                    ImageCase{"no_rim_to_see", {.inside = 100, .outside = 100}, "mirror", Verdict::kWarning, "in view"},
-                    ImageCase{"moved", {.column = 81.8}, "mirror", Verdict::kWarning, "centre_px: [81.8, 59.5]"},
-                    ImageCase{"moved_far", {.column = 86.5}, "mirror", Verdict::kFailed, "centre_px: [86.5, 59.5]"},
-                    ImageCase{"larger", {.radius = 52.6}, "mirror", Verdict::kWarning, "rim_radius_px: 52.6"},
-                    ImageCase{"soft", {.sigma_px = 2.4}, "focus", Verdict::kWarning, "turn the lens"},
-                    ImageCase{"blurred", {.sigma_px = 4.2}, "focus", Verdict::kFailed, "turn the lens"}),
-    [](const auto& each) { return each.param.name; });
+const ImageCase kImageCases[] = {{"fine", {}, "exposure", kOk, ""},
+                                 {"fine_mirror", {}, "mirror", kOk, ""},
+                                 {"fine_focus", {}, "focus", kOk, ""},
+                                 {"lens_cap", {.inside = 3, .outside = 2}, "exposure", kFailed, "lens cap"},
+                                 {"dim", {.inside = 30, .outside = 90}, "exposure", kWarning, "dark"},
+                                 {"bright", {.inside = 220, .outside = 90}, "exposure", kWarning, "bright"},
+                                 {"white", {.inside = 255, .outside = 255}, "exposure", kFailed, "white"},
+                                 {"no_rim_to_see", {.inside = 100, .outside = 100}, "mirror", kWarning, "in view"},
+                                 {"moved", {.column = 81.8}, "mirror", kWarning, "centre_px: [81.8, 59.5]"},
+                                 {"moved_far", {.column = 86.5}, "mirror", kFailed, "centre_px: [86.5, 59.5]"},
+                                 {"larger", {.radius = 52.6}, "mirror", kWarning, "rim_radius_px: 52.6"},
+                                 {"soft", {.sigma_px = 2.4}, "focus", kWarning, "turn the lens"},
+                                 {"blurred", {.sigma_px = 4.2}, "focus", kFailed, "turn the lens"}};
+
+INSTANTIATE_TEST_SUITE_P(Each, Images, testing::ValuesIn(kImageCases),
+                         [](const auto& each) { return each.param.name; });
 
 // Catches a correct rig that fails where fog or darkness hides the rim.
 TEST(DoctorImage, ARimThatIsNotFoundFailsOnlyWhereItCouldBeSeen) {
-  EXPECT_EQ(judge_mirror(std::nullopt, true, kBelieved, "lower").verdict, Verdict::kFailed);
+  EXPECT_EQ(judge_mirror(std::nullopt, true, kBelieved, "lower").verdict, kFailed);
   const Row hidden = judge_mirror(std::nullopt, false, kBelieved, "lower");
-  EXPECT_EQ(hidden.verdict, Verdict::kWarning);
+  EXPECT_EQ(hidden.verdict, kWarning);
   EXPECT_THAT(hidden.advice, HasSubstr("another brightness"));
 }
 
@@ -78,12 +78,12 @@ TEST(DoctorImage, TheWidthOfAnEdgeFollowsItsBlur) {
 
 TEST(DoctorImage, ARimWithLittleContrastGivesNoFocus) {
   const Row row = row_of(looked_at({.inside = 110, .outside = 100}), "lower", "focus");
-  EXPECT_EQ(row.verdict, Verdict::kNotRun) << row.measured;
+  EXPECT_EQ(row.verdict, kNotRun) << row.measured;
 }
 
 TEST(DoctorImage, OnlyTheMirrorCountsForTheExposure) {
   // A black wall around the mirror does not make the image dark.
-  EXPECT_EQ(row_of(looked_at({.inside = 150, .outside = 0}), "lower", "exposure").verdict, Verdict::kOk);
+  EXPECT_EQ(row_of(looked_at({.inside = 150, .outside = 0}), "lower", "exposure").verdict, kOk);
 }
 
 TEST(DoctorImage, ACameraWithoutMirrorHasItsExposureOnly) {

@@ -22,9 +22,9 @@ std::vector<std::string> lines_of(const std::string& text) {
 Report three_rows() {
   Report report;
   report.add({"lower", "rate", "24.95 Hz of 25"});
-  report.add({"pair", "skew", "median 11.0 ms, at most 12.0 ms; limit 10 ms", Verdict::kFailed, "max_skew_s: 0.02"});
+  report.add({"pair", "skew", "median 11.0 ms, at most 12.0 ms; limit 10 ms", kFailed, "max_skew_s: 0.02"});
   report.add(
-      {"drive", "moving tests", "no user can confirm that the wheels are free, nor was it stated", Verdict::kNotRun,
+      {"drive", "moving tests", "no user can confirm that the wheels are free, nor was it stated", kNotRun,
        "lift both wheels and run it in a terminal, or with --wheels-off-the-ground, which is as good as an answer"});
   return report;
 }
@@ -52,7 +52,7 @@ TEST(DoctorReport, LongCellsContinueAndLoseNoWord) {
 TEST(DoctorReport, APathThatFitsNoColumnIsNotBroken) {
   const std::string path = "/dev/v4l/by-id/usb-Maker_Camera_with_a_very_long_name_0123456789ABCDEF-video-index0";
   Report report;
-  report.add({"lower", "opens", "no", Verdict::kFailed, "device: " + path});
+  report.add({"lower", "opens", "no", kFailed, "device: " + path});
   EXPECT_THAT(table(report), HasSubstr(path));
 }
 
@@ -62,7 +62,7 @@ TEST(DoctorReport, SummaryCounts) {
   Report fine;
   fine.add({"lower", "rate", "25 Hz"});
   EXPECT_EQ(summary(fine), "all 1 checks ok");
-  fine.add({"lower", "age", "90 ms", Verdict::kWarning, "less load"});
+  fine.add({"lower", "age", "90 ms", kWarning, "less load"});
   EXPECT_EQ(summary(fine), "1 ok, 1 warning, 0 failed, 0 not run");
   EXPECT_FALSE(fine.has_failed());
 }

@@ -231,7 +231,7 @@ TEST_F(V4l2CameraTest, TheChosenFormatHasSizeAndRate) {
 TEST_F(V4l2CameraTest, TheRateIsReadBackIfTheDeviceReportsIt) {
   for (const double rate_hz : {25.0, 29.97, 7.5, 1.0}) {
     EXPECT_EQ(with_format("", {64, 48, rate_hz})->rate_hz, rate_hz);
-    EXPECT_TRUE(camera_->facts().rate_told);
+    EXPECT_TRUE(camera_->facts().has_rate);
   }
   device_.fastest_hz = [](std::uint32_t) { return 7.5; };
   EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 7.5);
@@ -239,16 +239,16 @@ TEST_F(V4l2CameraTest, TheRateIsReadBackIfTheDeviceReportsIt) {
   device_.sets_rate = false;
   device_.own_rate_hz = 12.5;
   EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 12.5) << "a device that has only one rate";
-  EXPECT_TRUE(camera_->facts().rate_told);
+  EXPECT_TRUE(camera_->facts().has_rate);
 
   device_.reports_rate = false;
   device_.cable_rate_hz = 59.94;
   EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 59.94) << "the rate of the video signal";
-  EXPECT_TRUE(camera_->facts().rate_told);
+  EXPECT_TRUE(camera_->facts().has_rate);
 
   device_.cable_rate_hz = 0;
   EXPECT_EQ(with_format("", {64, 48, 30})->rate_hz, 30);
-  EXPECT_FALSE(camera_->facts().rate_told);
+  EXPECT_FALSE(camera_->facts().has_rate);
 }
 
 TEST_F(V4l2CameraTest, RatesBeyondTheKernelsNumbersDoNotOverflow) {

@@ -6,6 +6,7 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/import/stamps.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::importer {
@@ -48,13 +49,10 @@ class ImageLists : public testing::Test {
     static_cast<void>(folder_.write("images/" + name, "looked at by nobody here"));
   }
   std::string refusal(const std::string& times_file = "") {
-    try {
-      list_images(images_, times_file, StampUnit::kAuto);
-    } catch (const config::FileError& error) {
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-      return error.what();
-    }
-    return "nothing was refused";
+    const std::string error =
+        testing_support::error_of<config::FileError>([&] { list_images(images_, times_file, StampUnit::kAuto); });
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    return error;
   }
   std::string refusal_of_times(const std::string& text) { return refusal(folder_.write("times.txt", text)); }
   static std::vector<std::string> names(const ImageList& list) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/import/import_run.h"
 
-#include <cmath>
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +12,7 @@
 #include "apps/runlog/summary/summary.h"
 #include "apps/runs/run.h"
 #include "localisation/odometry.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::importer {
@@ -65,14 +64,10 @@ class ImportRun : public testing::Test {
     return import_run(recording_, out_, [](double) {});
   }
   std::string refusal() {
-    try {
-      import();
-    } catch (const std::exception& error) {
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-      EXPECT_FALSE(fs::exists(out_)) << "a partial run";
-      return error.what();
-    }
-    return "nothing was refused";
+    const std::string error = testing_support::error_of<std::exception>([&] { import(); });
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    EXPECT_FALSE(fs::exists(out_)) << "a partial run";
+    return error;
   }
 
   const testing_support::TemporaryFolder folder_;

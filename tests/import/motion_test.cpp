@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/yaml/text_file.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::importer {
@@ -18,6 +19,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing_support::error_of;
 
 constexpr localisation::WheelGeometry kWheels{0.0317, 0.271};
 
@@ -25,24 +27,14 @@ Stamp at_s(double seconds) { return Stamp(std::llround(seconds * 1e9)); }
 
 class Motion : public testing::Test {
  protected:
-  std::string refusal_of_wheels(const std::string& text) {
-    try {
-      const WheelFile wheels(folder_.write("odometry.csv", text), kWheels);
-    } catch (const config::FileError& error) {
-      return error.what();
-    }
-    return "nothing was refused";
-  }
-  std::string refusal_of_trajectory(const std::string& text) {
-    try {
-      const Trajectory trajectory(folder_.write("mocap.tum", text));
-    } catch (const config::FileError& error) {
-      return error.what();
-    }
-    return "nothing was refused";
-  }
   WheelFile wheels(const std::string& text) const { return {folder_.write("odometry.csv", text), kWheels}; }
   Trajectory trajectory(const std::string& text) const { return Trajectory(folder_.write("mocap.tum", text)); }
+  std::string refusal_of_wheels(const std::string& text) {
+    return error_of<config::FileError>([&] { (void)wheels(text); });
+  }
+  std::string refusal_of_trajectory(const std::string& text) {
+    return error_of<config::FileError>([&] { (void)trajectory(text); });
+  }
 
   const testing_support::TemporaryFolder folder_;
 };

@@ -16,25 +16,25 @@ namespace {
 using testing_support::TemporaryFolder;
 
 std::string range_line(std::uint64_t frame, const std::string& landmark) {
-  runlog::RangeRow row;
+  RangeRow row;
   row.frame = frame;
   row.landmark = landmark;
   row.verdict = "ok";
-  return runlog::to_line(row) + "\n";
+  return to_line(row) + "\n";
 }
 
-std::vector<std::string> landmarks_of(const runlog::AnswerRows& rows) {
+std::vector<std::string> landmarks_of(const AnswerRows& rows) {
   std::vector<std::string> names;
-  for (const runlog::RangeRow& row : rows.ranges) names.push_back(row.landmark);
+  for (const RangeRow& row : rows.ranges) names.push_back(row.landmark);
   return names;
 }
 using Names = std::vector<std::string>;
 
 TEST(TableReader, ReturnsRowsAndLeavesOutAnIncompleteLastLine) {
   const TemporaryFolder folder;
-  runlog::TableReader<runlog::RangeRow> reader(
-      folder.write("ranges.csv", runlog::TableReader<runlog::RangeRow>::header() + "\n" + range_line(1, "red") +
-                                     range_line(2, "blue") + "3,0.2,gr"));
+  TableReader<RangeRow> reader(
+      folder.write("ranges.csv",
+                   TableReader<RangeRow>::header() + "\n" + range_line(1, "red") + range_line(2, "blue") + "3,0.2,gr"));
   EXPECT_EQ(reader.next()->landmark, "red");
   EXPECT_EQ(reader.next()->frame, 2U);
   EXPECT_FALSE(reader.next());
@@ -43,20 +43,16 @@ TEST(TableReader, ReturnsRowsAndLeavesOutAnIncompleteLastLine) {
 
 TEST(TableReader, OfAFileThatIsNotThereIsEmptyAndOfAHeaderAloneToo) {
   const TemporaryFolder folder;
-  EXPECT_FALSE(runlog::TableReader<runlog::FixRow>(folder.path() / "not_there.csv").next());
-  EXPECT_FALSE(runlog::TableReader<runlog::FixRow>(
-                   folder.write("fixes.csv", runlog::TableReader<runlog::FixRow>::header() + "\n"))
-                   .next());
-  EXPECT_FALSE(runlog::TableReader<runlog::FixRow>(
-                   folder.write("half.csv", runlog::TableReader<runlog::FixRow>::header().substr(0, 9)))
-                   .next());
+  EXPECT_FALSE(TableReader<FixRow>(folder.path() / "not_there.csv").next());
+  EXPECT_FALSE(TableReader<FixRow>(folder.write("fixes.csv", TableReader<FixRow>::header() + "\n")).next());
+  EXPECT_FALSE(TableReader<FixRow>(folder.write("half.csv", TableReader<FixRow>::header().substr(0, 9))).next());
 }
 
 TEST(TableReader, NamesALineWhenItComesToIt) {
   const TemporaryFolder folder;
-  const auto file = folder.write(
-      "ranges.csv", runlog::TableReader<runlog::RangeRow>::header() + "\n" + range_line(1, "red") + "2,0.2\n");
-  runlog::TableReader<runlog::RangeRow> reader(file);
+  const auto file =
+      folder.write("ranges.csv", TableReader<RangeRow>::header() + "\n" + range_line(1, "red") + "2,0.2\n");
+  TableReader<RangeRow> reader(file);
   EXPECT_TRUE(reader.next());
   try {
     (void)reader.next();
@@ -64,25 +60,24 @@ TEST(TableReader, NamesALineWhenItComesToIt) {
   } catch (const config::FileError& error) {
     EXPECT_EQ(std::string(error.what()), file.string() + ":3: has 2 fields, must have 10");
   }
-  EXPECT_THROW(runlog::TableReader<runlog::RangeRow>(folder.write("other.csv", "a,b\n")), config::FileError);
+  EXPECT_THROW(TableReader<RangeRow>(folder.write("other.csv", "a,b\n")), config::FileError);
 }
 
 TEST(AnswerReader, PassesOverTheRowsOfFramesThatAreNotAskedFor) {
   const TemporaryFolder folder;
-  std::string ranges = runlog::TableReader<runlog::RangeRow>::header() + "\n";
+  std::string ranges = TableReader<RangeRow>::header() + "\n";
   for (const std::uint64_t frame : {2, 3, 5, 8}) {
     for (const char* const name : {"red", "blue"}) ranges += range_line(frame, name + std::to_string(frame));
   }
   (void)folder.write("ranges.csv", ranges + "9,0.9,red9,ok");
-  runlog::SightingRow sighting;
+  SightingRow sighting;
   sighting.frame = 5, sighting.landmark = "red5", sighting.view = "upper";
-  (void)folder.write("sightings.csv",
-                     runlog::TableReader<runlog::SightingRow>::header() + "\n" + runlog::to_line(sighting) + "\n");
-  runlog::AnswerReader reader(folder.path(), "");  // no fixes.csv
+  (void)folder.write("sightings.csv", TableReader<SightingRow>::header() + "\n" + to_line(sighting) + "\n");
+  AnswerReader reader(folder.path(), "");  // no fixes.csv
   EXPECT_EQ(landmarks_of(reader.of(0)), Names{}) << "before the first";
   EXPECT_EQ(landmarks_of(reader.of(2)), (Names{"red2", "blue2"}));
   EXPECT_EQ(landmarks_of(reader.of(4)), Names{}) << "3 is skipped, 4 has none";
-  const runlog::AnswerRows rows = reader.of(5);
+  const AnswerRows rows = reader.of(5);
   EXPECT_EQ(landmarks_of(rows), (Names{"red5", "blue5"}));
   ASSERT_EQ(rows.sightings.size(), 1U);
   EXPECT_EQ(rows.sightings[0].view, "upper");
@@ -93,26 +88,26 @@ TEST(AnswerReader, PassesOverTheRowsOfFramesThatAreNotAskedFor) {
 
 TEST(AnswerReader, RefusesAMethodWithoutResults) {
   const TemporaryFolder folder;
-  EXPECT_THROW(runlog::AnswerReader(folder.path(), "outline"), config::FileError);
+  EXPECT_THROW(AnswerReader(folder.path(), "outline"), config::FileError);
 }
 
 TEST(ReadRun, OfFramesAloneLeavesTheLongTablesOnDisk) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "run";
   {
-    runlog::RunFolder run(path);
+    RunFolder run(path);
     const Image dark{4, 3, PixelFormat::kRgb8, std::vector<std::uint8_t>(36, 7)};
-    runlog::FrameRecord record;
-    record.truth = runlog::PoseRow{0, 1, 2, 0.5};
+    FrameRecord record;
+    record.truth = PoseRow{0, 1, 2, 0.5};
     record.answer.ranges.emplace_back().landmark = "red";
     record.answer.fixes.emplace_back().verdict = "ok";
     run.add(record, dark, dark);
   }
-  runlog::RunInfo info;
+  RunInfo info;
   info.method = "outline";
-  runlog::write_run_yaml(path, info, config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml"),
-                         TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
-  const runlog::RunData all = runlog::read_run(path), frames = runlog::read_run(path, "", runlog::Tables::kFrames);
+  write_run_yaml(path, info, config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml"),
+                 TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
+  const RunData all = read_run(path), frames = read_run(path, "", Tables::kFrames);
   EXPECT_EQ(all.ranges.size(), 1U);
   EXPECT_EQ(all.fixes.size(), 1U);
   EXPECT_TRUE(frames.ranges.empty() && frames.fixes.empty() && frames.sightings.empty() && frames.timing.empty());

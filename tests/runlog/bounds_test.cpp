@@ -12,14 +12,14 @@ namespace twocone::runlog {
 namespace {
 
 /// Returns a run of the lab's rig at three poses among three landmarks.
-runlog::RunData run_of_three() {
-  runlog::RunData run;
+RunData run_of_three() {
+  RunData run;
   run.robot = testing_support::lab_robot();
   run.map.landmarks = {{"red", {1, 0, 0}, -2.45, -0.35, 0.15, 0.9},
                        {"blue", {0, 0, 1}, 1.50, 1.95, 0.15, 0.9},
                        {"cyan", {0, 1, 1}, 2.45, 0.30, 0.15, 0.9}};
   for (int i = 0; i < 3; ++i) {
-    runlog::FrameRow& frame = run.frames.emplace_back();
+    FrameRow& frame = run.frames.emplace_back();
     frame.frame = std::uint64_t(10 + i);
     frame.t_s = 0.1 * i;
     run.truth.push_back({frame.t_s, 0.13 * i, -0.21, 0.7 * i});
@@ -28,8 +28,8 @@ runlog::RunData run_of_three() {
   return run;
 }
 
-runlog::SightingRow sighting(std::uint64_t frame, const char* landmark, const char* view, double edge_noise_px) {
-  runlog::SightingRow row;
+SightingRow sighting(std::uint64_t frame, const char* landmark, const char* view, double edge_noise_px) {
+  SightingRow row;
   row.frame = frame;
   row.landmark = landmark;
   row.view = view;
@@ -37,7 +37,7 @@ runlog::SightingRow sighting(std::uint64_t frame, const char* landmark, const ch
   return row;
 }
 
-void add_all(runlog::RunData& run, std::uint64_t frame, double edge_noise_px) {
+void add_all(RunData& run, std::uint64_t frame, double edge_noise_px) {
   for (const config::Landmark& landmark : run.map.landmarks) {
     for (const char* view : {"lower", "upper"}) {
       run.sightings.push_back(sighting(frame, landmark.name.c_str(), view, edge_noise_px));
@@ -45,18 +45,18 @@ void add_all(runlog::RunData& run, std::uint64_t frame, double edge_noise_px) {
   }
 }
 
-TEST(Bounds, NoSightingsNoBound) { EXPECT_TRUE(runlog::bounds(run_of_three()).empty()); }
+TEST(Bounds, NoSightingsNoBound) { EXPECT_TRUE(bounds(run_of_three()).empty()); }
 
 // A bound is proportional to the noise. The formulas are linear in it, so this is exact to rounding.
 TEST(Bounds, GrowWithTheNoiseAndTakeAFramesOwn) {
-  runlog::RunData run = run_of_three();
+  RunData run = run_of_three();
   add_all(run, 10, 0.1);
   add_all(run, 11, 0.1);
   add_all(run, 12, 0.3);
-  const auto first = runlog::bounds(run);
+  const auto first = bounds(run);
   ASSERT_EQ(first.size(), 3U);
-  for (runlog::SightingRow& row : run.sightings) row.edge_noise_px = 0.1;
-  const auto second = runlog::bounds(run);
+  for (SightingRow& row : run.sightings) row.edge_noise_px = 0.1;
+  const auto second = bounds(run);
   constexpr double kRounding = 1e-9;
   for (std::size_t i = 0; i < 3; ++i) {
     const double factor = i == 2 ? 3 : 1;
@@ -73,27 +73,27 @@ TEST(Bounds, GrowWithTheNoiseAndTakeAFramesOwn) {
 }
 
 TEST(Bounds, AFrameWithoutItsOwnNoiseTakesTheMedian) {
-  runlog::RunData run = run_of_three();
+  RunData run = run_of_three();
   add_all(run, 10, 0.05);
   add_all(run, 11, 0.25);
   add_all(run, 12, 0.1);
-  const auto own = runlog::bounds(run);
-  std::erase_if(run.sightings, [](const runlog::SightingRow& row) { return row.frame == 12; });
+  const auto own = bounds(run);
+  std::erase_if(run.sightings, [](const SightingRow& row) { return row.frame == 12; });
   run.sightings.push_back(sighting(99, "red", "lower", 0.1));  // the third value for the median
   run.sightings.push_back(sighting(99, "red", "upper", 0.1));
-  const auto usual = runlog::bounds(run);
+  const auto usual = bounds(run);
   ASSERT_TRUE(own[2].landmarks[0] && usual[2].landmarks[0]);
   EXPECT_DOUBLE_EQ(own[2].landmarks[0]->range_m, usual[2].landmarks[0]->range_m);
 }
 
 TEST(Bounds, OneViewGivesLessInformationThanTwo) {
-  runlog::RunData run = run_of_three();
+  RunData run = run_of_three();
   add_all(run, 10, 0.1);
-  const auto both = runlog::bounds(run);
-  std::erase_if(run.sightings, [](const runlog::SightingRow& row) {
+  const auto both = bounds(run);
+  std::erase_if(run.sightings, [](const SightingRow& row) {
     return row.landmark == "blue" || (row.landmark == "red" && row.view == "upper");
   });
-  const auto fewer = runlog::bounds(run);
+  const auto fewer = bounds(run);
   ASSERT_TRUE(both[0].landmarks[0] && fewer[0].landmarks[0]);
   EXPECT_GT(fewer[0].landmarks[0]->range_m, both[0].landmarks[0]->range_m);
   EXPECT_FALSE(fewer[0].landmarks[1]) << "never sighted";
@@ -102,12 +102,12 @@ TEST(Bounds, OneViewGivesLessInformationThanTwo) {
 }
 
 TEST(Bounds, WithoutTruthTheEstimatesPoseIsTaken) {
-  runlog::RunData run = run_of_three();
+  RunData run = run_of_three();
   add_all(run, 10, 0.1);
-  const auto expected = runlog::bounds(run);
+  const auto expected = bounds(run);
   run.estimate = {run.truth[1]};
   run.truth.clear();
-  const auto found = runlog::bounds(run);
+  const auto found = bounds(run);
   ASSERT_EQ(found.size(), 3U);
   EXPECT_FALSE(found[0].covariance) << "a frame without a pose";
   ASSERT_TRUE(found[1].covariance);
@@ -116,24 +116,24 @@ TEST(Bounds, WithoutTruthTheEstimatesPoseIsTaken) {
 
 // The comparison uses the frames that have both errors and bounds.
 TEST(Bounds, AreInTheSummaryBesideTheErrors) {
-  runlog::RunData run = run_of_three();
+  RunData run = run_of_three();
   add_all(run, 10, 0.1);
-  const auto all = runlog::bounds(run);
+  const auto all = bounds(run);
   for (std::size_t i = 0; i < 2; ++i) {  // the third frame has no answer
-    runlog::RangeRow& range = run.ranges.emplace_back();
+    RangeRow& range = run.ranges.emplace_back();
     range.frame = run.frames[i].frame;
     range.landmark = "blue";
     range.verdict = "ok";
     range.true_range_m = 2;
     range.range_m = 2 + 3 * all[i].landmarks[1]->range_m;
-    runlog::FixRow& fix = run.fixes.emplace_back();
+    FixRow& fix = run.fixes.emplace_back();
     fix.frame = run.frames[i].frame;
     fix.verdict = "ok";
     fix.x_m = fix.y_m = 0;
     fix.error_m = 2 * std::sqrt((*all[i].covariance)(0, 0) + (*all[i].covariance)(1, 1));
     fix.heading_rad = run.truth[i].heading_rad + 0.5 * std::sqrt((*all[i].covariance)(2, 2));
   }
-  const runlog::Summary s = runlog::summarise(run);
+  const Summary s = summarise(run);
   ASSERT_TRUE(s.landmarks[1].range_bound_m && s.position_bound_m && s.heading_bound_rad);
   EXPECT_EQ(s.landmarks[1].range_bound_m->count, 2);
   constexpr double kRounding = 1e-9;  // of sums and differences near 2 m against millimetres

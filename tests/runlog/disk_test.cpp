@@ -17,15 +17,15 @@ using testing_support::TemporaryFolder;
 
 TEST(Disk, AWholeFileReplacesTheOldOneAndLeavesNoPart) {
   const TemporaryFolder folder;
-  runlog::write_whole(folder.path() / "a.txt", "old");
-  runlog::write_whole(folder.path() / "a.txt", "new");
+  write_whole(folder.path() / "a.txt", "old");
+  write_whole(folder.path() / "a.txt", "new");
   EXPECT_EQ(folder.read("a.txt"), "new");
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.txt.part"));
 }
 
 TEST(Disk, LinesAreThereAtOnce) {
   const TemporaryFolder folder;
-  runlog::LineFile lines(folder.path() / "a.csv");
+  LineFile lines(folder.path() / "a.csv");
   lines.add("1,2");
   EXPECT_EQ(folder.read("a.csv"), "1,2\n");
   lines.add("3,4");
@@ -37,23 +37,23 @@ TEST(Disk, KeptLinesStayAndMustBeTheSame) {
   const TemporaryFolder folder;
   const auto file = folder.write("a.csv", "a,b\n1,2.5\n3,4");  // killed in the middle of a line
   {
-    runlog::LineFile lines(file, runlog::OldLines::kKeep);
+    LineFile lines(file, OldLines::kKeep);
     EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,4");
     lines.add("a,b");
-    lines.add("1,7", runlog::Equal::kButLastField);
+    lines.add("1,7", Equal::kButLastField);
     EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,4") << "the old content is unchanged";
     lines.add("3,44");
     lines.add("5,6");
     EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,44\n5,6\n");
   }
   {
-    runlog::LineFile lines(file, runlog::OldLines::kKeep);
+    LineFile lines(file, OldLines::kKeep);
     lines.add("a,b");
-    EXPECT_THAT(error_of<DiskError>([&] { lines.add("2,2.5", runlog::Equal::kButLastField); }),
+    EXPECT_THAT(error_of<DiskError>([&] { lines.add("2,2.5", Equal::kButLastField); }),
                 testing::HasSubstr("a.csv:2: is '1', but the repeated run gives '2'"));
   }
-  runlog::LineFile lines(file, runlog::OldLines::kKeep);
-  lines.add("anything", runlog::Equal::kNot);
+  LineFile lines(file, OldLines::kKeep);
+  lines.add("anything", Equal::kNot);
   lines.add("1,2.5");
   EXPECT_THAT(error_of<DiskError>([&] { lines.add("3,4"); }), testing::HasSubstr("a.csv:3: is '3,44'"));
   EXPECT_EQ(folder.read("a.csv"), "a,b\n1,2.5\n3,44\n5,6\n");
@@ -62,73 +62,71 @@ TEST(Disk, KeptLinesStayAndMustBeTheSame) {
 TEST(Disk, SaysWhatCouldNotBeWrittenAndWhy) {
   const TemporaryFolder folder;
   const auto file = folder.write("file", "");
-  EXPECT_EQ(error_of<DiskError>([&] { runlog::write_whole(file / "a", "x"); }),
+  EXPECT_EQ(error_of<DiskError>([&] { write_whole(file / "a", "x"); }),
             "cannot write " + (file / "a.part").string() + ": Not a directory");
-  runlog::LineFile full("/dev/full");
+  LineFile full("/dev/full");
   EXPECT_EQ(error_of<DiskError>([&] { full.add("x"); }), "cannot write /dev/full: No space left on device");
-  EXPECT_EQ(error_of<DiskError>([&] { runlog::RunFolder run(file / "run"); }),
+  EXPECT_EQ(error_of<DiskError>([&] { RunFolder run(file / "run"); }),
             "cannot make the folder " + (file / "run").string() + ": Not a directory");
 }
 
 // Catches a row in frames.csv whose images are not there yet, because a reader relies on that row.
 TEST(Disk, OtherCamerasImagesLieBesideThePairs) {
   const TemporaryFolder folder;
-  runlog::RunFolder run(folder.path() / "run");
+  RunFolder run(folder.path() / "run");
   const auto image = [](std::uint8_t level) { return Image{1, 1, PixelFormat::kRgb8, {level, level, level}}; };
-  runlog::FrameRecord record;
+  FrameRecord record;
   record.frame.frame = 12;
   run.add(record, image(1), image(2),
           {{"front", std::make_shared<Image>(image(3))}, {"back", std::make_shared<Image>(image(4))}});
   for (const auto& [camera, level] : {std::pair{"lower", 1}, {"upper", 2}, {"front", 3}, {"back", 4}}) {
-    const auto stored = runlog::read_image(runlog::camera_image_file(run.path(), camera, 12));
+    const auto stored = read_image(camera_image_file(run.path(), camera, 12));
     ASSERT_TRUE(stored) << camera;
     EXPECT_EQ(stored->bytes[0], level) << camera;
   }
-  EXPECT_EQ(runlog::read_table<runlog::FrameRow>(run.path() / "frames.csv").size(), 1U);
+  EXPECT_EQ(read_table<FrameRow>(run.path() / "frames.csv").size(), 1U);
 
   (void)folder.write("run/left", "a file where a folder has to be");
   record.frame.frame = 13;
-  EXPECT_THROW(run.add(record, image(1), image(2), {{"left", std::make_shared<Image>(image(5))}}), runlog::DiskError);
-  EXPECT_EQ(runlog::read_table<runlog::FrameRow>(run.path() / "frames.csv").size(), 1U)
-      << "a frame without all its images has a row";
+  EXPECT_THROW(run.add(record, image(1), image(2), {{"left", std::make_shared<Image>(image(5))}}), DiskError);
+  EXPECT_EQ(read_table<FrameRow>(run.path() / "frames.csv").size(), 1U) << "a frame without all its images has a row";
 }
 
 // Catches sightings of another method beside ranges that were not made from them.
 TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
   const TemporaryFolder folder;
-  runlog::AnswerRows answer;
+  AnswerRows answer;
   answer.fixes.resize(1);
-  runlog::write_results(folder.path(), "paper", {answer}, runlog::OnTop::kYes);
+  write_results(folder.path(), "paper", {answer}, OnTop::kYes);
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "sightings.csv"));
-  runlog::AnswerRows sighted = answer;
+  AnswerRows sighted = answer;
   sighted.sightings.resize(2);
-  runlog::write_results(folder.path(), "outline", {sighted}, runlog::OnTop::kYes);
-  EXPECT_EQ(runlog::read_table<runlog::SightingRow>(folder.path() / "sightings.csv").size(), 2U);
-  runlog::write_results(folder.path(), "paper", {answer}, runlog::OnTop::kYes);
+  write_results(folder.path(), "outline", {sighted}, OnTop::kYes);
+  EXPECT_EQ(read_table<SightingRow>(folder.path() / "sightings.csv").size(), 2U);
+  write_results(folder.path(), "paper", {answer}, OnTop::kYes);
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "sightings.csv"));
-  EXPECT_EQ(runlog::read_table<runlog::SightingRow>(folder.path() / "methods" / "outline" / "sightings.csv").size(),
-            2U);
+  EXPECT_EQ(read_table<SightingRow>(folder.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
 
-  runlog::RunFolder run(folder.path() / "run");
+  RunFolder run(folder.path() / "run");
   const Image image{1, 1, PixelFormat::kRgb8, {1, 2, 3}};
-  runlog::FrameRecord record;
+  FrameRecord record;
   run.add(record, image, image);
   EXPECT_FALSE(std::filesystem::exists(run.path() / "sightings.csv"));
   record.frame.frame = 1;
   record.answer = sighted;
-  record.answer.track = runlog::TrackRow{.frame = 1, .t_s = 0.1, .x_m = 2, .y_m = 3, .heading_rad = 0.5};
+  record.answer.track = TrackRow{.frame = 1, .t_s = 0.1, .x_m = 2, .y_m = 3, .heading_rad = 0.5};
   run.add(record, image, image);
-  runlog::file_results(run.path(), "outline");
-  EXPECT_EQ(runlog::read_table<runlog::TrackRow>(run.path() / "methods" / "outline" / "track.csv").size(), 1U);
-  EXPECT_EQ(runlog::read_poses(run.path() / "methods" / "outline" / "estimate.tum").size(), 1U);
-  EXPECT_EQ(runlog::read_table<runlog::SightingRow>(run.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
+  file_results(run.path(), "outline");
+  EXPECT_EQ(read_table<TrackRow>(run.path() / "methods" / "outline" / "track.csv").size(), 1U);
+  EXPECT_EQ(read_poses(run.path() / "methods" / "outline" / "estimate.tum").size(), 1U);
+  EXPECT_EQ(read_table<SightingRow>(run.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
 }
 
 TEST(Disk, TheTruthIsATableBesideItsImage) {
   const TemporaryFolder folder;
-  const runlog::RunFolder run(folder.path() / "run");
-  const auto file = runlog::truth_file(run.path(), "upper", 7);
-  runlog::write_truth(file, {{3, 0, 1, 2.123456, 0.9}, {4, 0, 0, 1.5, 0.123451}}, {{.name = "red"}, {.name = "a, b"}});
+  const RunFolder run(folder.path() / "run");
+  const auto file = truth_file(run.path(), "upper", 7);
+  write_truth(file, {{3, 0, 1, 2.123456, 0.9}, {4, 0, 0, 1.5, 0.123451}}, {{.name = "red"}, {.name = "a, b"}});
   EXPECT_EQ(folder.read("run/upper/000007.truth.csv"),
             "column_px,row_px,landmark,distance_m,height_m\n3,0,\"a, b\",2.12346,0.90000\n4,0,red,1.50000,0.12345\n");
 }
@@ -137,18 +135,18 @@ TEST(Disk, ImagesComeBackAsTheyWere) {
   const TemporaryFolder folder;
   Image image{5, 3, PixelFormat::kRgb8, {}};
   for (int i = 0; i < 45; ++i) image.bytes.push_back(std::uint8_t(5 * i));
-  runlog::write_image(folder.path() / "a.png", image);
-  const auto again = runlog::read_image(folder.path() / "a.png");
+  write_image(folder.path() / "a.png", image);
+  const auto again = read_image(folder.path() / "a.png");
   ASSERT_TRUE(again);
   EXPECT_EQ(*again, image);
   image.format = PixelFormat::kBgr8;  // as a camera may deliver it; the stored image must show the same colours
-  runlog::write_image(folder.path() / "bgr.png", image);
-  EXPECT_EQ(*runlog::read_image(folder.path() / "bgr.png"), *to_rgb8(image));
+  write_image(folder.path() / "bgr.png", image);
+  EXPECT_EQ(*read_image(folder.path() / "bgr.png"), *to_rgb8(image));
   const Image grey{2, 1, PixelFormat::kGrey8, {7, 200}};
-  runlog::write_image(folder.path() / "grey.png", grey);
-  EXPECT_EQ(*runlog::read_image(folder.path() / "grey.png"), *to_rgb8(grey));
-  EXPECT_EQ(runlog::read_image(folder.path() / "b.png").error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(runlog::read_image(folder.write("c.png", "no image")).error().code, ErrorCode::kBadData);
+  write_image(folder.path() / "grey.png", grey);
+  EXPECT_EQ(*read_image(folder.path() / "grey.png"), *to_rgb8(grey));
+  EXPECT_EQ(read_image(folder.path() / "b.png").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(read_image(folder.write("c.png", "no image")).error().code, ErrorCode::kBadData);
 }
 
 }  // namespace

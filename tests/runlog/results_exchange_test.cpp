@@ -21,7 +21,7 @@ std::function<void()> killed_before(int& steps_left) {
   };
 }
 
-class ResultsInTwoStates : public testing::TestWithParam<runlog::Exchange> {
+class ResultsInTwoStates : public testing::TestWithParam<Exchange> {
  protected:
   /// The old results are of method outline, with sightings. The new ones are of method paper, without sightings, and
   /// shorter.
@@ -29,10 +29,10 @@ class ResultsInTwoStates : public testing::TestWithParam<runlog::Exchange> {
     put("outline", "old",
         {"ranges.csv", "fixes.csv", "sightings.csv", "timing.csv", "estimate.tum", "track.csv", "summary.json"});
     put("paper", "old paper", {"ranges.csv", "fixes.csv", "timing.csv", "estimate.tum", "track.csv", "summary.json"});
-    runlog::ResultsExchange exchange(run_, "outline");
+    ResultsExchange exchange(run_, "outline");
     fill(exchange.stage(), "old",
          {"ranges.csv", "fixes.csv", "sightings.csv", "timing.csv", "estimate.tum", "track.csv"});
-    exchange.commit(runlog::OnTop::kYes);
+    exchange.commit(OnTop::kYes);
   }
 
   void put(const std::string& method, const std::string& text, const std::vector<const char*>& names) const {
@@ -41,14 +41,14 @@ class ResultsInTwoStates : public testing::TestWithParam<runlog::Exchange> {
   }
   static void fill(const std::filesystem::path& folder, const std::string& text,
                    const std::vector<const char*>& names) {
-    for (const char* const name : names) runlog::write_whole(folder / name, text);
+    for (const char* const name : names) write_whole(folder / name, text);
   }
   /// Returns false if the program was killed.
   [[nodiscard]] bool replaced(int steps) const {
     try {
-      runlog::ResultsExchange exchange(run_, "paper");
+      ResultsExchange exchange(run_, "paper");
       fill(exchange.stage(), "new", {"ranges.csv", "fixes.csv", "timing.csv", "estimate.tum", "track.csv"});
-      exchange.commit(runlog::OnTop::kYes, GetParam(), killed_before(steps));
+      exchange.commit(OnTop::kYes, GetParam(), killed_before(steps));
       return true;
     } catch (const Killed&) {
       return false;
@@ -57,7 +57,7 @@ class ResultsInTwoStates : public testing::TestWithParam<runlog::Exchange> {
   /// Returns the content of each file in `folder`, in the order of kResultFiles.
   [[nodiscard]] std::string content(const std::filesystem::path& folder) const {
     std::string all;
-    for (const char* const name : runlog::kResultFiles) {
+    for (const char* const name : kResultFiles) {
       const auto file = std::filesystem::relative(folder / name, temporary_.path());
       all += std::filesystem::exists(folder / name) ? temporary_.read(file.string()) + ";" : "-;";
     }
@@ -78,9 +78,9 @@ TEST_P(ResultsInTwoStates, AKillAtAnyStepLeavesOneOfThem) {
   int kills = 0;
   bool was_new = false;
   for (; !replaced(kills); ++kills) {
-    const std::string seen = content(runlog::top_results(run_));  // by a reader before any writer
+    const std::string seen = content(top_results(run_));  // by a reader before any writer
     EXPECT_TRUE(seen == kOld || seen == kNew) << "killed before step " << kills << ": " << seen;
-    runlog::complete_exchanges(run_);
+    complete_exchanges(run_);
     const std::string after = content(run_);
     EXPECT_EQ(after, seen) << "killed before step " << kills;
     EXPECT_EQ(content(run_ / "methods" / "paper"), after == kNew ? kNew : kOldPaper) << kills;
@@ -104,10 +104,10 @@ TEST_P(ResultsInTwoStates, TheCompletionMayBeKilledToo) {
     for (int second = 0;; ++second) {
       int steps = second;
       try {
-        runlog::complete_exchanges(run_, killed_before(steps));
+        complete_exchanges(run_, killed_before(steps));
         break;
       } catch (const Killed&) {
-        EXPECT_EQ(content(runlog::top_results(run_)), kNew) << first << ", " << second;
+        EXPECT_EQ(content(top_results(run_)), kNew) << first << ", " << second;
       }
       ASSERT_LT(second, 100) << "it never ends";
     }
@@ -117,32 +117,30 @@ TEST_P(ResultsInTwoStates, TheCompletionMayBeKilledToo) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, ResultsInTwoStates,
-                         testing::Values(runlog::Exchange::kAtomic, runlog::Exchange::kTwoRenames),
+INSTANTIATE_TEST_SUITE_P(Both, ResultsInTwoStates, testing::Values(Exchange::kAtomic, Exchange::kTwoRenames),
                          [](const auto& tested) {
-                           return tested.param == runlog::Exchange::kAtomic ? std::string("Atomic")
-                                                                            : std::string("TwoRenames");
+                           return tested.param == Exchange::kAtomic ? std::string("Atomic") : std::string("TwoRenames");
                          });
 
 TEST(ResultsExchange, WithoutACommitNothingHasHappened) {
   const TemporaryFolder folder;
   {
-    runlog::ResultsExchange first(folder.path(), "outline");
-    runlog::write_whole(first.stage() / "ranges.csv", "old");
-    first.commit(runlog::OnTop::kYes);
+    ResultsExchange first(folder.path(), "outline");
+    write_whole(first.stage() / "ranges.csv", "old");
+    first.commit(OnTop::kYes);
   }
-  const std::string before = runlog::results_state(folder.path());
+  const std::string before = results_state(folder.path());
   {
-    const runlog::ResultsExchange second(folder.path(), "outline");
-    runlog::write_whole(second.stage() / "ranges.csv", "new");
-    EXPECT_EQ(runlog::results_state(folder.path()), before) << "a stage does not change the state";
+    const ResultsExchange second(folder.path(), "outline");
+    write_whole(second.stage() / "ranges.csv", "new");
+    EXPECT_EQ(results_state(folder.path()), before) << "a stage does not change the state";
   }
-  EXPECT_EQ(runlog::results_state(folder.path()), before);
+  EXPECT_EQ(results_state(folder.path()), before);
   EXPECT_EQ(folder.read("methods/outline/ranges.csv"), "old");
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "methods" / ".outline.new"));
-  runlog::ResultsExchange third(folder.path(), "outline");
-  third.commit(runlog::OnTop::kNo);
-  EXPECT_NE(runlog::results_state(folder.path()), before) << "a reader would not notice that it read two states";
+  ResultsExchange third(folder.path(), "outline");
+  third.commit(OnTop::kNo);
+  EXPECT_NE(results_state(folder.path()), before) << "a reader would not notice that it read two states";
 }
 
 }  // namespace

@@ -28,30 +28,30 @@ using testing_support::TemporaryFolder;
 
 /// Makes a run of `frames` frames that no program writes any more.
 fs::path make_run(const TemporaryFolder& folder, const std::string& name, int frames) {
-  runlog::RunFolder run(folder.path() / name);
+  RunFolder run(folder.path() / name);
   for (int frame = 0; frame < frames; ++frame) {
-    runlog::FrameRecord record;
+    FrameRecord record;
     record.frame.frame = std::uint64_t(frame);
     run.add(record, Image{1, 1, PixelFormat::kRgb8, {1, 2, 3}}, Image{1, 1, PixelFormat::kRgb8, {4, 5, 6}});
   }
-  runlog::RunInfo info;
+  RunInfo info;
   info.method = "outline";
-  runlog::write_run_yaml(run.path(), info, config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml"),
-                         TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
+  write_run_yaml(run.path(), info, config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml"),
+                 TWOCONE_SOURCE_DIR "/scenes/lab.map.yaml");
   return run.path();
 }
 
 TEST(RunLock, ASecondWriterIsRefusedByNameUntilTheFirstHasEnded) {
   const TemporaryFolder folder;
   {
-    const runlog::RunLock lock(folder.path());
-    EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::RunLock second(folder.path()); }),
+    const RunLock lock(folder.path());
+    EXPECT_EQ(error_of<std::runtime_error>([&] { RunLock second(folder.path()); }),
               folder.path().string() + " is being written by another program (process " + std::to_string(::getpid()) +
                   "): wait until that has ended, or choose another folder");
-    EXPECT_FALSE(runlog::RunLock::try_take(folder.path()));
+    EXPECT_FALSE(RunLock::try_take(folder.path()));
   }
-  EXPECT_EQ(folder.read(runlog::RunLock::kFileName), "") << "equal runs have equal files";
-  EXPECT_TRUE(runlog::RunLock::try_take(folder.path()));
+  EXPECT_EQ(folder.read(RunLock::kFileName), "") << "equal runs have equal files";
+  EXPECT_TRUE(RunLock::try_take(folder.path()));
 }
 
 TEST(RunLock, EndsWithAProgramThatIsKilled) {
@@ -59,16 +59,15 @@ TEST(RunLock, EndsWithAProgramThatIsKilled) {
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    const runlog::RunLock lock(folder.path());
+    const RunLock lock(folder.path());
     (void)folder.write("locked", "");
     while (true) ::pause();
   }
   for (int i = 0; i < 500 && !fs::exists(folder.path() / "locked"); ++i) ::usleep(10'000);
-  EXPECT_THAT(error_of<std::runtime_error>([&] { runlog::RunLock second(folder.path()); }),
-              HasSubstr(std::to_string(child)));
+  EXPECT_THAT(error_of<std::runtime_error>([&] { RunLock second(folder.path()); }), HasSubstr(std::to_string(child)));
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
-  EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::RunLock second(folder.path()); }), "no error");
+  EXPECT_EQ(error_of<std::runtime_error>([&] { RunLock second(folder.path()); }), "no error");
 }
 
 // Catches two programs that hold the lock of one folder because the lock file of one was removed.
@@ -76,40 +75,40 @@ TEST(RunLock, BelongsToThePresentFolder) {
   const TemporaryFolder folder;
   const fs::path run = folder.path() / "run";
   fs::create_directories(run);
-  const runlog::RunLock lock(run);
+  const RunLock lock(run);
   fs::rename(run, folder.path() / "old");
   fs::create_directories(run);
-  EXPECT_TRUE(runlog::RunLock::try_take(run));
+  EXPECT_TRUE(RunLock::try_take(run));
 }
 
 // Other writers were possible: localise of a running run, a second localise, and --force on either.
 TEST(RunLock, NobodyElseWritesWhileARunGoesOn) {
   const TemporaryFolder folder;
   const fs::path path = make_run(folder, "run", 1);
-  const runlog::RunLock lock(path);
+  const RunLock lock(path);
   const std::string held = "is being written by another program";
   EXPECT_THAT(
       error_of<std::runtime_error>([&] { (void)runs::localise(path, estimation::Method::kPaper, [](double) {}); }),
       HasSubstr(held));
-  EXPECT_THAT(error_of<std::runtime_error>([&] { runlog::RunFolder again(path); }), HasSubstr(held));
-  EXPECT_THAT(error_of<std::runtime_error>([&] { runlog::remove_run(path); }), HasSubstr(held));
-  EXPECT_EQ(runlog::read_run(path).frames.size(), 1U) << "it can still be read";
+  EXPECT_THAT(error_of<std::runtime_error>([&] { RunFolder again(path); }), HasSubstr(held));
+  EXPECT_THAT(error_of<std::runtime_error>([&] { remove_run(path); }), HasSubstr(held));
+  EXPECT_EQ(read_run(path).frames.size(), 1U) << "it can still be read";
 }
 
 TEST(NewFolder, IsRemovedUnlessItIsKept) {
   const TemporaryFolder folder;
-  { const runlog::NewFolder made(folder.path() / "run"); }
+  { const NewFolder made(folder.path() / "run"); }
   EXPECT_FALSE(fs::exists(folder.path() / "run"));
   fs::create_directories(folder.path() / "mine");
   (void)folder.write("mine/notes.txt", "my own");
   {
-    const runlog::NewFolder made(folder.path() / "mine");
-    runlog::write_whole(folder.path() / "mine" / "run.yaml", "");
+    const NewFolder made(folder.path() / "mine");
+    write_whole(folder.path() / "mine" / "run.yaml", "");
   }
   EXPECT_EQ(folder.read("mine/notes.txt"), "my own");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path() / "mine"), {}), 1) << "something of it remains";
   {
-    runlog::NewFolder made(folder.path() / "run");
+    NewFolder made(folder.path() / "run");
     made.keep();
   }
   EXPECT_TRUE(fs::exists(folder.path() / "run" / "upper"));
@@ -123,10 +122,10 @@ TEST(NewFolder, AStartWithoutAFrameMayBeReplacedButARunMayNot) {
   for (const char* const frames : {"", "frame,t_s\n"}) {  // killed, so that nothing was removed
     fs::create_directories(started);
     (void)folder.write("run/frames.csv", frames);
-    EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::NewFolder again(started); }), "no error") << frames;
+    EXPECT_EQ(error_of<std::runtime_error>([&] { NewFolder again(started); }), "no error") << frames;
   }
   (void)folder.write("run/frames.csv", "frame,t_s\n0,0\n");
-  EXPECT_EQ(error_of<std::runtime_error>([&] { runlog::NewFolder again(started); }),
+  EXPECT_EQ(error_of<std::runtime_error>([&] { NewFolder again(started); }),
             started.string() + " holds a run already: choose another --out, or replace it with --force");
   EXPECT_EQ(folder.read("run/frames.csv"), "frame,t_s\n0,0\n");
 }
@@ -135,8 +134,8 @@ class Replacing : public testing::Test {
  protected:
   /// Returns why `folder` is not replaced, and checks that everything is still there.
   std::string refusal(const fs::path& folder) {
-    std::string error = error_of<std::runtime_error>([&] { runlog::remove_run(folder); });
-    EXPECT_EQ(runlog::read_run(run_).frames.size(), 2U) << "the run was changed";
+    std::string error = error_of<std::runtime_error>([&] { remove_run(folder); });
+    EXPECT_EQ(read_run(run_).frames.size(), 2U) << "the run was changed";
     return error;
   }
 
@@ -147,13 +146,13 @@ class Replacing : public testing::Test {
 TEST_F(Replacing, ARunIsRemovedCompletely) {
   (void)temporary_.write("run/report.html", "");
   (void)temporary_.write("run/lower/000001.png.part", "");
-  runlog::check_replaceable(run_);
-  EXPECT_EQ(runlog::read_run(run_).frames.size(), 2U) << "the check alone changes nothing";
-  runlog::remove_run(run_);
+  check_replaceable(run_);
+  EXPECT_EQ(read_run(run_).frames.size(), 2U) << "the check alone changes nothing";
+  remove_run(run_);
   EXPECT_FALSE(fs::exists(run_));
-  runlog::remove_run(run_);  // does nothing for a missing folder
+  remove_run(run_);  // does nothing for a missing folder
   fs::create_directories(run_);
-  runlog::remove_run(run_);  // nor for an empty folder
+  remove_run(run_);  // nor for an empty folder
   EXPECT_TRUE(fs::exists(run_));
 }
 
@@ -175,7 +174,7 @@ TEST_F(Replacing, NothingElseIsRemoved) {
   for (const char* const working : {".", "./"}) EXPECT_THAT(refusal(working), HasSubstr("works in it"));
   fs::current_path(before);
 
-  const runlog::RunLock lock(run_);
+  const RunLock lock(run_);
   EXPECT_THAT(refusal(run_), HasSubstr("is being written by another program"));
 }
 

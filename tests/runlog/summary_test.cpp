@@ -11,39 +11,39 @@ namespace twocone::runlog {
 namespace {
 
 TEST(Statistics, AreThoseOfTheListAndHideNothing) {
-  const auto s = runlog::statistics({0.03, 0.01, 0.02, 0.5});
+  const auto s = statistics({0.03, 0.01, 0.02, 0.5});
   ASSERT_TRUE(s);
   EXPECT_EQ(s->count, 4);
   EXPECT_DOUBLE_EQ(s->mean, 0.14);
   EXPECT_DOUBLE_EQ(s->rmse, std::sqrt((0.0009 + 0.0001 + 0.0004 + 0.25) / 4));
   EXPECT_EQ(s->p95, 0.5);
   EXPECT_EQ(s->max, 0.5);
-  EXPECT_FALSE(runlog::statistics({}));
+  EXPECT_FALSE(statistics({}));
 }
 
 TEST(Statistics, TheNinetyFifthPercentileIsTheNearestRank) {
   std::vector<double> errors;
   for (int i = 1; i <= 100; ++i) errors.push_back(i);
-  EXPECT_EQ(runlog::statistics(errors)->p95, 95);
+  EXPECT_EQ(statistics(errors)->p95, 95);
   errors.push_back(101);
-  EXPECT_EQ(runlog::statistics(errors)->p95, 96);
-  EXPECT_EQ(runlog::statistics({7})->p95, 7);
+  EXPECT_EQ(statistics(errors)->p95, 96);
+  EXPECT_EQ(statistics({7})->p95, 7);
 }
 
-runlog::RunData small_run() {
-  runlog::RunData run;
+RunData small_run() {
+  RunData run;
   run.method = "paper";
   config::Landmark red;
   red.name = "red";
   run.map.landmarks = {red};
   for (int i = 0; i < 4; ++i) {
-    runlog::FrameRow frame;
+    FrameRow frame;
     frame.frame = std::uint64_t(i);
     frame.t_s = i * 0.5;
     run.frames.push_back(frame);
     run.truth.push_back({frame.t_s, 0.3 * i, 0.4 * i, 0.1 * i});
     run.odometry.push_back({frame.t_s, 0.3 * i, 0.4 * i + 0.01 * i, 0});
-    runlog::RangeRow range;
+    RangeRow range;
     range.frame = frame.frame;
     range.landmark = "red";
     range.verdict = i == 2 ? "truncated" : "ok";
@@ -52,7 +52,7 @@ runlog::RunData small_run() {
     run.ranges.push_back(range);
   }
   const auto fix = [](std::uint64_t frame, const char* verdict, std::optional<double> error_m) {
-    runlog::FixRow row;
+    FixRow row;
     row.frame = frame;
     row.verdict = verdict;
     row.error_m = error_m;
@@ -66,13 +66,13 @@ runlog::RunData small_run() {
 
 // Catches a position behind the wall that counts as a fix, and as an error of a fix.
 TEST(Summary, WhatIsOutOfBoundsIsNoFix) {
-  runlog::RunData run = small_run();
-  runlog::FixRow& row = run.fixes[0];
+  RunData run = small_run();
+  FixRow& row = run.fixes[0];
   row.verdict = "out_of_bounds";
   row.true_x_m = row.true_y_m = row.y_m = 0;
   row.var_x_m2 = row.var_y_m2 = 1e-6;
   row.cov_xy_m2 = 0;
-  const runlog::Summary s = runlog::summarise(run);
+  const Summary s = summarise(run);
   EXPECT_EQ(s.frames_with_fix, 2);
   EXPECT_EQ(s.fix_error->count, 2);
   EXPECT_EQ(s.fix_verdicts.at("out_of_bounds"), 1);
@@ -80,8 +80,8 @@ TEST(Summary, WhatIsOutOfBoundsIsNoFix) {
 }
 
 TEST(Summary, CountsWhatTheTrackMadeOfTheFixes) {
-  runlog::RunData run = small_run();
-  EXPECT_TRUE(runlog::summarise(run).track_uses.empty()) << "an older run has no such table";
+  RunData run = small_run();
+  EXPECT_TRUE(summarise(run).track_uses.empty()) << "an older run has no such table";
   for (const auto& [state, use] : {std::pair{"lost", "no_fix"},
                                    {"tracking", "started"},
                                    {"tracking", "taken"},
@@ -89,15 +89,15 @@ TEST(Summary, CountsWhatTheTrackMadeOfTheFixes) {
                                    {"lost", "unexpected"}}) {
     run.track.push_back({.state = state, .use = use});
   }
-  const runlog::Summary s = runlog::summarise(run);
+  const Summary s = summarise(run);
   EXPECT_EQ(s.track_states.at("lost"), 3);
   EXPECT_EQ(s.track_states.at("tracking"), 2);
   EXPECT_EQ(s.track_uses.at("unexpected"), 2);
-  EXPECT_NE(runlog::to_json(s, run.info).find("\"unexpected\": 2"), std::string::npos);
+  EXPECT_NE(to_json(s, run.info).find("\"unexpected\": 2"), std::string::npos);
 }
 
 TEST(Summary, CountsFramesAndKeepsTheWorseOfTwoAnswers) {
-  const runlog::Summary s = runlog::summarise(small_run());
+  const Summary s = summarise(small_run());
   EXPECT_EQ(s.frames, 4);
   EXPECT_DOUBLE_EQ(s.duration_s, 1.5);
   ASSERT_EQ(s.landmarks.size(), 1U);
@@ -115,13 +115,13 @@ TEST(Summary, CountsFramesAndKeepsTheWorseOfTwoAnswers) {
 }
 
 TEST(Summary, HeadingsAreComparedRoundTheCircle) {
-  runlog::RunData run = small_run();
+  RunData run = small_run();
   run.truth[3].heading_rad = 3.1;
   run.fixes[4].heading_rad = -3.1;  // 2 pi - 6.2 = 0.0832 away
   run.fixes[1].heading_rad = 0.1;
   run.fixes[2].heading_rad = 0.5;  // the worse of two answers in frame 1, where 0.1 is true: 0.4
   run.estimate = {{0.5, 0.3, 0.4, 0.1}, {1.5, 0.9, 1.25, 3.1}};
-  const runlog::Summary s = runlog::summarise(run);
+  const Summary s = summarise(run);
   ASSERT_TRUE(s.heading_error);
   EXPECT_EQ(s.heading_error->count, 2);
   EXPECT_NEAR(s.heading_error->max, 0.4, 1e-15);
@@ -135,10 +135,10 @@ TEST(Summary, HeadingsAreComparedRoundTheCircle) {
 // Calculated by hand: sigmas 0.01 and 0.02 without correlation contain (0.02, 0.02), 4 + 1 < 5.99, but not (0.02,
 // 0.03), 4 + 2.25. A correlation of 0.9 excludes the former: (4 + 1 - 3.6) / 0.19 = 7.4.
 TEST(Summary, CountsEllipsesThatHoldTheTruth) {
-  runlog::RunData run = small_run();
+  RunData run = small_run();
   run.fixes.clear();
   const auto add = [&](std::uint64_t frame, const char* verdict, double dx_m, double dy_m, double covariance_m2) {
-    runlog::FixRow& row = run.fixes.emplace_back();
+    FixRow& row = run.fixes.emplace_back();
     row.frame = frame;
     row.verdict = verdict;
     row.x_m = 1 + dx_m;
@@ -154,49 +154,49 @@ TEST(Summary, CountsEllipsesThatHoldTheTruth) {
   add(2, "ok", 0.02, 0.02, 0.9 * 2e-4);
   add(3, "ambiguous", 1.0, 0.0, 0);
   add(3, "ambiguous", 0.0, 0.001, 0);
-  runlog::Summary s = runlog::summarise(run);
+  Summary s = summarise(run);
   ASSERT_TRUE(s.in_ellipse_95);
   EXPECT_EQ(s.in_ellipse_95->count, 4);
   EXPECT_EQ(s.in_ellipse_95->held, 2);
   run.fixes[0].verdict = "weak";
   run.fixes[1].var_x_m2 = 0;  // not positive definite: contains nothing, and is not left out
-  s = runlog::summarise(run);
+  s = summarise(run);
   EXPECT_EQ(s.in_ellipse_95->count, 3);
   EXPECT_EQ(s.in_ellipse_95->held, 1);
 }
 
 TEST(Summary, CountsSigmasThatHoldAndOutliersOncePerFrame) {
-  runlog::RunData run = small_run();
-  for (runlog::RangeRow& row : run.ranges) {
+  RunData run = small_run();
+  for (RangeRow& row : run.ranges) {
     if (row.range_m) row.sigma_range_m = 0.0151;  // errors 0.01, 0.02, 0.04; 1.96 sigma is 0.0296
   }
   run.fixes[1].outliers = run.fixes[2].outliers = {"red"};  // two answers of one frame
   run.fixes[4].outliers = {"blue", "red"};
-  const runlog::Summary s = runlog::summarise(run);
+  const Summary s = summarise(run);
   ASSERT_TRUE(s.landmarks[0].within_95);
   EXPECT_EQ(s.landmarks[0].within_95->held, 2);
   EXPECT_EQ(s.landmarks[0].within_95->count, 3);
   EXPECT_EQ(s.landmarks[0].outliers, 2);
   EXPECT_EQ(s.landmarks[0].frames_with_range, 3);
   EXPECT_FALSE(s.landmarks[0].range_bound_m) << "no sightings, no bound";
-  const auto json = nlohmann::json::parse(runlog::to_json(s, {}));
+  const auto json = nlohmann::json::parse(to_json(s, {}));
   EXPECT_EQ(json.at("landmarks")[0].at("range_within_1.96_sigma").at("held"), 2);
   EXPECT_EQ(json.at("landmarks")[0].at("outliers"), 2);
   EXPECT_TRUE(json.at("fix").at("position_bound").is_null());
 }
 
 TEST(Summary, WithoutTruthThereAreNoErrors) {
-  runlog::RunData run = small_run();
+  RunData run = small_run();
   run.truth.clear();
   for (auto& row : run.ranges) row.true_range_m.reset();
   for (auto& row : run.fixes) row.error_m.reset();
-  const runlog::Summary s = runlog::summarise(run);
+  const Summary s = summarise(run);
   EXPECT_FALSE(s.landmarks[0].error);
   EXPECT_FALSE(s.fix_error);
   EXPECT_FALSE(s.odometry_error);
   EXPECT_FALSE(s.travelled_m);
   EXPECT_EQ(s.frames_with_fix, 3);
-  const auto json = nlohmann::json::parse(runlog::to_json(s, {}));
+  const auto json = nlohmann::json::parse(to_json(s, {}));
   EXPECT_TRUE(json.at("fix").at("position_error").is_null());
   EXPECT_EQ(json.at("fix").at("verdicts").at("gap"), 1);
 }

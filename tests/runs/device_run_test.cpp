@@ -3,13 +3,11 @@
 #include <atomic>
 #include <fstream>
 #include <iterator>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "apps/runlog/summary/summary.h"
-#include "apps/runlog/summary/timing.h"
 #include "apps/runs/run.h"
 #include "drivers/memory/memory.h"
 #include "tests/support/faulty_camera.h"

@@ -116,7 +116,7 @@ drivers::CameraPart part(const Options& options, const std::string& device) {
 void print(const char* view, const Camera& camera) {
   const CameraFacts facts = camera.facts();
   fmt::print("{}: {}: {} {} x {} at {:g} Hz{}", view, facts.device, facts.format, facts.settings.width_px,
-             facts.settings.height_px, facts.settings.rate_hz, facts.rate_told ? "" : " (requested, not reported)");
+             facts.settings.height_px, facts.settings.rate_hz, facts.has_rate ? "" : " (requested, not reported)");
   for (const auto& [name, value] : facts.controls) fmt::print(", {} {:g}", name, value);
   fmt::print("\n");
 }

@@ -118,7 +118,7 @@ int watch(const drivers::CameraPart& part, double seconds, const std::string& on
   if (const auto started = (*camera)->start(); !started) return print("not started: " + started.error().message), 1;
   const CameraFacts facts = (*camera)->facts();
   print(fmt::format("applied {}x{} at {:g} Hz ({}), {}, {}", applied->width_px, applied->height_px, applied->rate_hz,
-                    facts.rate_told ? "reported" : "as requested", facts.format, facts.device));
+                    facts.has_rate ? "reported" : "as requested", facts.format, facts.device));
   for (const auto& [control, value] : facts.controls) print(fmt::format("control {} {:g}", control, value));
   Counted counted;
   bool was_error = false;

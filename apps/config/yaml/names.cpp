@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include <fmt/format.h>
+#include <boost/algorithm/string.hpp>
 
 namespace twocone::config {
 namespace {
@@ -83,14 +84,10 @@ std::optional<std::string_view> old_name(NameOf kind, std::string_view name) {
 }
 
 std::string present_columns(std::string_view header) {
-  std::string columns;
-  while (true) {
-    const std::size_t comma = header.find(',');
-    columns += present_name(NameOf::kColumn, header.substr(0, comma));
-    if (comma == std::string_view::npos) return columns;
-    columns += ',';
-    header.remove_prefix(comma + 1);
-  }
+  std::vector<std::string> columns;
+  boost::split(columns, header, boost::is_any_of(","));
+  for (std::string& column : columns) column = std::string(present_name(NameOf::kColumn, column));
+  return boost::join(columns, ",");
 }
 
 YAML::Node with_present_names(const YAML::Node& robot) {

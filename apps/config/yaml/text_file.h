@@ -14,8 +14,7 @@
 namespace twocone::config {
 
 /// An error whose message is one text, or a text and its values as fmt::format takes them.
-class FormattedError : public std::runtime_error {
- public:
+struct FormattedError : std::runtime_error {
   using std::runtime_error::runtime_error;
   template <typename Value, typename... Values>
   FormattedError(fmt::format_string<Value, Values...> text, Value&& value, Values&&... values)
@@ -24,8 +23,7 @@ class FormattedError : public std::runtime_error {
 
 /// A file that cannot be used. The message has one line for each bad key: "robots/lab.yaml:7: drive.wheel_radius_m is
 /// -0.05 m, must be > 0".
-class FileError : public FormattedError {
- public:
+struct FileError : FormattedError {
   using FormattedError::FormattedError;
 };
 

@@ -101,12 +101,12 @@ bool is_near(double value, double wanted, double share) { return std::abs(value 
 
 Row judge_rate(double period_s, double asked_hz) {
   if (!(period_s > 0)) {
-    return {"", "rate", "the capture times do not advance", Verdict::kFailed,
+    return {"", "rate", "the capture times do not advance", kFailed,
             "its driver gives no capture times: use another camera"};
   }
   Row row{"", "rate", fmt::format("{:.2f} Hz of {:g}", 1 / period_s, asked_hz)};
   if (is_near(1 / period_s, asked_hz, kRateShare)) return row;
-  row.judge(Verdict::kFailed,
+  row.judge(kFailed,
             1 / period_s < asked_hz
                 ? fmt::format("use more light or a shorter exposure, format: MJPG, or rate_hz: {:.3g}", 1 / period_s)
                 : fmt::format("set rate_hz: {:.3g}", 1 / period_s));
@@ -114,7 +114,7 @@ Row judge_rate(double period_s, double asked_hz) {
 }
 
 Row judge_jitter(const std::vector<double>& neighbours_s, double asked_hz) {
-  if (neighbours_s.empty()) return {"", "jitter", "no two consecutive frames", Verdict::kNotRun, "see lost frames"};
+  if (neighbours_s.empty()) return {"", "jitter", "no two consecutive frames", kNotRun, "see lost frames"};
   const double middle_s = base::quantile(neighbours_s, 0.5);
   std::vector<double> off_s;
   off_s.reserve(neighbours_s.size());
@@ -122,7 +122,7 @@ Row judge_jitter(const std::vector<double>& neighbours_s, double asked_hz) {
   const double jitter_s = base::quantile(off_s, kJitterQuantile);
   Row row{"", "jitter", fmt::format("95 % within {:.1f} ms of {:.1f} ms", 1e3 * jitter_s, 1e3 * middle_s)};
   if (jitter_s > kJitterShare / asked_hz) {
-    row.judge(Verdict::kWarning, "give each camera its own USB port; reduce the load; fix the exposure");
+    row.judge(kWarning, "give each camera its own USB port; reduce the load; fix the exposure");
   }
   return row;
 }
@@ -133,28 +133,27 @@ Row judge_losses(const Footage& s) {
           fmt::format("{} of {:.0f} lost, {} damaged, {} skipped", s.lost, all, s.damaged, s.skipped)};
   const double lost = double(s.lost + s.damaged) / all;
   if (lost > kFewLost) {
-    row.judge(lost > kManyLost ? Verdict::kFailed : Verdict::kWarning,
+    row.judge(lost > kManyLost ? kFailed : kWarning,
               "check cable and hub; give each camera its own USB port; lower the rate or the size");
   } else if (double(s.skipped) / all > kFewSkipped) {
-    row.judge(Verdict::kWarning, "this machine is too busy: reduce its load or the rate");
+    row.judge(kWarning, "this machine is too busy: reduce its load or the rate");
   }
   return row;
 }
 
 Row judge_age(const std::vector<double>& ages_s, double asked_hz) {
   if (ages_s.empty()) {
-    return {"", "age", "its times come from another clock", Verdict::kNotRun,
-            "nothing: a real camera uses the steady clock"};
+    return {"", "age", "its times come from another clock", kNotRun, "nothing: a real camera uses the steady clock"};
   }
   const double median_s = base::quantile(ages_s, 0.5);
   Row row{"", "age",
           fmt::format("median {:.1f} ms, at most {:.1f} ms", 1e3 * median_s, 1e3 * std::ranges::max(ages_s))};
   if (median_s > kAgePeriods / asked_hz) {
     row.judge(
-        Verdict::kWarning,
+        kWarning,
         fmt::format("older than {:g} frame periods: lower the rate, use another format, reduce the load", kAgePeriods));
   } else if (median_s < 0) {
-    row.judge(Verdict::kWarning, "frames from the future: its capture times are wrong");
+    row.judge(kWarning, "frames from the future: its capture times are wrong");
   }
   return row;
 }
@@ -164,19 +163,17 @@ Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   const CameraSettings& got = applied.settings;
   Row row{"", "format",
           fmt::format("{}: {} {} x {}, {:g} Hz{}", applied.device, applied.format, got.width_px, got.height_px,
-                      got.rate_hz, applied.rate_told ? "" : " as requested (the camera does not report it)")};
+                      got.rate_hz, applied.has_rate ? "" : " as requested (the camera does not report it)")};
   if (got.width_px != want.width_px || got.height_px != want.height_px) {
     row.judge(
-        Verdict::kFailed,
+        kFailed,
         fmt::format("width_px: {}, height_px: {}, then calibrate; or a size that the camera has (twocone devices)",
                     got.width_px, got.height_px));
   } else if (!asked.device.format.empty() && !applied.format.empty() && asked.device.format != applied.format) {
-    row.judge(Verdict::kWarning,
-              fmt::format("format: {}, or one that the camera has (twocone devices)", applied.format));
+    row.judge(kWarning, fmt::format("format: {}, or one that the camera has (twocone devices)", applied.format));
   } else if (!is_near(got.rate_hz, want.rate_hz, kRateShare)) {
-    row.judge(Verdict::kWarning,
-              fmt::format("{:g} Hz were requested: set rate_hz: {:.4g}, another format, or a smaller size",
-                          want.rate_hz, got.rate_hz));
+    row.judge(kWarning, fmt::format("{:g} Hz were requested: set rate_hz: {:.4g}, another format, or a smaller size",
+                                    want.rate_hz, got.rate_hz));
   }
   return row;
 }
@@ -190,11 +187,11 @@ std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>
     Row row{"", "control", ""};
     if (got == applied.end()) {
       row.measured = fmt::format("{}: requested {:g}, not reported back", name, want);
-      row.judge(Verdict::kWarning, "check whether the image follows it");
+      row.judge(kWarning, "check whether the image follows it");
     } else {
       row.measured = fmt::format("{}: requested {:g}, is {:g}", name, want, got->second);
       if (!is_near(got->second, want, kControlShare)) {
-        row.judge(Verdict::kWarning,
+        row.judge(kWarning,
                   fmt::format("{}: {:g}; v4l2-ctl --list-ctrls lists the possible values", name, got->second));
       }
     }
@@ -242,26 +239,22 @@ bool FrameWait::outlasts(const Error& error) {
 
 void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
                   Report& report) {
-  const auto add = [&](Row row) {
-    row.part = test.name;
-    report.add(std::move(row));
-  };
   const auto failed = [&](const char* check, const Error& error) {
-    add(failed_row(test.name, check, error, camera_advice(error.code)));
+    report.add(failed_row(test.name, check, error, camera_advice(error.code)));
   };
   const Stopping stopping(camera);
   if (const auto applied = camera.configure(test.asked.settings); !applied) return failed("format", applied.error());
   const CameraFacts facts = camera.facts();
-  add(judge_format(test.asked, facts));
-  for (Row& row : judge_controls(test.asked.device.controls, facts.controls)) add(std::move(row));
+  report.add(test.name, judge_format(test.asked, facts));
+  for (const Row& row : judge_controls(test.asked.device.controls, facts.controls)) report.add(test.name, row);
   if (const auto started = camera.start(); !started) return failed("stream", started.error());
 
   const Footage stream = take_stream(camera, seconds, fmt::format("camera {}", test.name), surroundings);
   if (stream.ended_by) failed("stream", *stream.ended_by);
   if (!stream.periods_s.empty()) {
-    for (Row& row : judge_stream(stream, test.asked.settings)) add(std::move(row));
+    for (const Row& row : judge_stream(stream, test.asked.settings)) report.add(test.name, row);
   } else if (!stream.ended_by) {
-    add({"", "stream", "too few frames were received", Verdict::kFailed, camera_advice(ErrorCode::kTimeout)});
+    report.add({test.name, "stream", "too few frames were received", kFailed, camera_advice(ErrorCode::kTimeout)});
   }
   if (!stream.image) return;
   if (*stream.image) {

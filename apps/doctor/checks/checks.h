@@ -135,7 +135,7 @@ bool check_standing_drive(const DriveUnderTest& test, DiffDrive& drive, const Su
 
 /// Asks whether both wheels are off the ground, unless the user has stated it before; only "yes" permits the moving
 /// tests. Otherwise adds a row `not run`.
-Permission ask_off_the_ground(bool was_said, const Surroundings& surroundings, Report& report);
+Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings, Report& report);
 
 /// The moving tests: which wheel turns in which direction, speed, the least speed, counts per turn, the two ways of
 /// stopping. The wheels must be off the ground. They are stopped afterwards, in every case. @throws Interrupted

@@ -53,10 +53,10 @@ Row judge_readings(const Readings& readings, double period_s) {
           fmt::format("{:.1f} ms, at most {:.1f} ms; {} of {} failed", 1e3 * base::quantile(readings.times_s, 0.5),
                       1e3 * std::ranges::max(readings.times_s), readings.failed, all)};
   if (readings.failed > 0) {
-    row.judge(readings.failed > kManyFailed * all ? Verdict::kFailed : Verdict::kWarning,
+    row.judge(readings.failed > kManyFailed * all ? kFailed : kWarning,
               fmt::format("{}: {}", readings.error->message, drive_advice(readings.error->code)));
   } else if (base::quantile(readings.times_s, 0.5) > kSlowShare * period_s) {
-    row.judge(Verdict::kWarning, "slow for this frame rate: use a higher baud; for FTDI adapters set latency_timer 1");
+    row.judge(kWarning, "slow for this frame rate: use a higher baud; for FTDI adapters set latency_timer 1");
   }
   return row;
 }
@@ -67,7 +67,7 @@ Row judge_standing(const Readings& readings, double still_rad) {
   Row row{kDrivePart, "standing still", fmt::format("the angles moved by {:.3f} rad in a second", moved_rad)};
   if (moved_rad > still_rad) {
     row.judge(
-        Verdict::kFailed,
+        kFailed,
         "the wheels turn without a command: hold them still; check the encoders' wiring and the controller's program");
   }
   return row;
@@ -82,7 +82,7 @@ Row judge_timeout(const DriveFacts& facts, const DriveLimits& limits) {
                       seconds_of(limits.command_timeout))};
   const bool stops_itself = facts.own_timeout && *facts.own_timeout <= limits.command_timeout;
   if (!stops_itself && !facts.has_watchdog) {
-    row.judge(Verdict::kFailed, "nothing stops the wheels in time when the program dies: set watchdog: true");
+    row.judge(kFailed, "nothing stops the wheels in time when the program dies: set watchdog: true");
   }
   return row;
 }
@@ -124,12 +124,12 @@ Row judge_stop(const char* check, const std::optional<double>& stop_s, const Dri
             "command_timeout_s"
           : "do not drive it: set watchdog: true, the controller's own time-out, or a longer command_timeout_s";
   if (!stop_s) {
-    return {kDrivePart, check, fmt::format("they continue to turn, must stand still within {:.2f} s", limit_s),
-            Verdict::kFailed, advice};
+    return {kDrivePart, check, fmt::format("they continue to turn, must stand still within {:.2f} s", limit_s), kFailed,
+            advice};
   }
   Row row{kDrivePart, check, fmt::format("{:.2f} s, at most {:.2f} s", *stop_s, limit_s)};
   if (*stop_s > limit_s) {
-    row.judge(Verdict::kFailed, advice);
+    row.judge(kFailed, advice);
   }
   return row;
 }
@@ -145,7 +145,7 @@ double mean_speed(const Course& course) {
 
 Row course_failed(const char* check, const Course& course) {
   if (course.error) return drive_failed(check, *course.error);
-  return {kDrivePart, check, "the wheels ran away", Verdict::kFailed, "see the wheels' rows"};
+  return {kDrivePart, check, "the wheels ran away", kFailed, "see the wheels' rows"};
 }
 
 Row test_commanded(const DriveUnderTest& test, DiffDrive& drive, WheelBench& bench) {
@@ -174,7 +174,7 @@ Row test_silent(const DriveUnderTest& test, WheelBench& bench) {
   const auto second = bench.read();
   bench.halt();
   if (!second) return drive_failed(kSilent, second.error());
-  if (!(speed > 0)) return {kDrivePart, kSilent, "the wheels did not turn", Verdict::kFailed, "see the wheels' rows"};
+  if (!(speed > 0)) return {kDrivePart, kSilent, "the wheels did not turn", kFailed, "see the wheels' rows"};
   std::optional<double> ran_s;
   if (std::abs(mean_rad(*second) - mean_rad(*first)) <= bench.still_rad()) {
     const WheelSample& last = course.samples.back();
@@ -211,13 +211,13 @@ bool check_standing_drive(const DriveUnderTest& test, DiffDrive& drive, const Su
   if (!readings.last) return false;
   const Row standing = judge_standing(readings, still_rad(facts.counts_per_turn));
   report.add(standing);
-  return standing.verdict == Verdict::kOk && heard.verdict != Verdict::kFailed;
+  return standing.verdict == kOk && heard.verdict != kFailed;
 }
 
 Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings, Report& report) {
   if (was_stated) return Permission::kGiven;
   const auto not_run = [&](std::string measured, std::string advice) {
-    report.add({kDrivePart, "moving tests", std::move(measured), Verdict::kNotRun, std::move(advice)});
+    report.add({kDrivePart, "moving tests", std::move(measured), kNotRun, std::move(advice)});
     return Permission::kRefused;
   };
   if (!surroundings.ask) {
@@ -233,7 +233,7 @@ Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings,
 void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report) {
   WheelBench bench(drive, drive.facts().counts_per_turn, surroundings);
   if (!test_turning(test, bench, surroundings, report)) {
-    report.add({kDrivePart, "stop time", "the wheels do not obey yet", Verdict::kNotRun, "see the wheels' rows"});
+    report.add({kDrivePart, "stop time", "the wheels do not obey yet", kNotRun, "see the wheels' rows"});
     return;
   }
   test_least_speed(test, bench, surroundings, report);

@@ -120,26 +120,25 @@ Row judge_exposure(const Exposure& e) {
           fmt::format("mean grey {:.0f}, {:.0f} % black, {:.0f} % white", e.mean_grey, 100 * e.black_share,
                       100 * e.white_share)};
   if (e.mean_grey < kDark) {
-    row.judge(Verdict::kFailed, "the image is dark: remove the lens cap, add light, or use a longer exposure");
+    row.judge(kFailed, "the image is dark: remove the lens cap, add light, or use a longer exposure");
   } else if (e.mean_grey > kGlaring || e.white_share > kMostlyWhite) {
-    row.judge(Verdict::kFailed, "the image is white: use a shorter exposure");
+    row.judge(kFailed, "the image is white: use a shorter exposure");
   } else if (e.mean_grey < kDim || e.black_share > kMuchBlack) {
-    row.judge(Verdict::kWarning, "dark: use more light, or a longer exposure or more gain in controls:");
+    row.judge(kWarning, "dark: use more light, or a longer exposure or more gain in controls:");
   } else if (e.mean_grey > kBright || e.white_share > kMuchWhite) {
-    row.judge(Verdict::kWarning, "bright: white areas have no colour; use a shorter exposure in controls:");
+    row.judge(kWarning, "bright: white areas have no colour; use a shorter exposure in controls:");
   }
   return row;
 }
 
 Row judge_focus(const std::optional<double>& width_px) {
   if (!width_px) {
-    return {"", "focus", "the rim has too little contrast", Verdict::kNotRun,
-            "put an object of another brightness around it"};
+    return {"", "focus", "the rim has too little contrast", kNotRun, "put an object of another brightness around it"};
   }
   Row row{"", "focus", fmt::format("the rim's edge is {:.1f} px wide", *width_px)};
   if (*width_px > kSharp_px) {
     row.judge(
-        *width_px > kBlurred_px ? Verdict::kFailed : Verdict::kWarning,
+        *width_px > kBlurred_px ? kFailed : kWarning,
         fmt::format("turn the lens until the edge is below {:.0f} px; clean it; switch autofocus off", kSharp_px));
   }
   return row;
@@ -163,13 +162,13 @@ std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle&
 Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
                  const std::string& view) {
   if (!found && !may_show) {
-    return {"", "mirror", "no rim is visible near the one in the robot file", Verdict::kWarning,
+    return {"", "mirror", "no rim is visible near the one in the robot file", kWarning,
             fmt::format("look at an image: is the mirror in view? Then an object of another brightness around it would "
                         "show whether rig: {}: is right",
                         view)};
   }
   if (!found) {
-    return {"", "mirror", "no rim near the one in the robot file", Verdict::kFailed,
+    return {"", "mirror", "no rim near the one in the robot file", kFailed,
             fmt::format("look at an image: is the mirror in view, and is rig: {}: right?", view)};
   }
   const double off_px =
@@ -178,10 +177,9 @@ Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, c
           fmt::format("({:.1f}, {:.1f}), r {:.1f} px; off by {:.1f} px", found->centre_px.x(), found->centre_px.y(),
                       found->radius_px, off_px)};
   if (off_px > kRimNear_px) {
-    row.judge(Verdict::kFailed, fmt::format("{}, or put the camera back", rig_key(*found, view)));
+    row.judge(kFailed, fmt::format("{}, or put the camera back", rig_key(*found, view)));
   } else if (off_px > kRimRight_px) {
-    row.judge(Verdict::kWarning,
-              fmt::format("ranges will be wrong; {}, then twocone calibrate", rig_key(*found, view)));
+    row.judge(kWarning, fmt::format("ranges will be wrong; {}, then twocone calibrate", rig_key(*found, view)));
   }
   return row;
 }
@@ -189,16 +187,12 @@ Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, c
 void check_image(const std::string& part, const Image& image, const std::optional<vision::RimCircle>& believed,
                  Report& report) {
   const cv::Mat rgb = estimation::as_mat(image);
-  const auto add = [&](Row row) {
-    row.part = part;
-    report.add(std::move(row));
-  };
   std::optional<vision::RimCircle> found;
   if (believed) found = vision::find_rim(rgb, *believed);
-  add(judge_exposure(exposure_of(rgb, found ? found : believed)));
+  report.add(part, judge_exposure(exposure_of(rgb, found ? found : believed)));
   if (!believed) return;
-  add(judge_mirror(found, vision::rim_may_show(rgb, *believed), *believed, part));
-  if (found) add(judge_focus(edge_width_px(rgb, *found)));
+  report.add(part, judge_mirror(found, vision::rim_may_show(rgb, *believed), *believed, part));
+  if (found) report.add(part, judge_focus(edge_width_px(rgb, *found)));
 }
 
 }  // namespace twocone::doctor

@@ -75,14 +75,14 @@ std::string as_key(double seconds) { return fmt::format("max_skew_s: {:g}", std:
 std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   const double limit_ms = 1e3 * seconds_of(test.max_skew);
   if (pairs.intervals_s.empty()) {
-    return {{kPairPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), Verdict::kFailed, "see skew"}};
+    return {{kPairPart, "pairs", fmt::format("no two frames within {:g} ms", limit_ms), kFailed, "see skew"}};
   }
   double time_s = 0;
   for (const double interval_s : pairs.intervals_s) time_s += interval_s;
   const double rate_hz = time_s > 0 ? double(pairs.intervals_s.size()) / time_s : 0;
   Row rate{kPairPart, "pairs", fmt::format("{:.2f} per second of {:g}", rate_hz, test.lower.rate_hz)};
   if (rate_hz < (1 - kRateShare) * test.lower.rate_hz) {
-    rate.judge(rate_hz < kPoorShare * test.lower.rate_hz ? Verdict::kFailed : Verdict::kWarning,
+    rate.judge(rate_hz < kPoorShare * test.lower.rate_hz ? kFailed : kWarning,
                "see skew; for two cameras on one bus: format: MJPG, or another port for one");
   }
 
@@ -90,7 +90,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   Row unpaired{kPairPart, "unpaired",
                fmt::format("{} frames without a partner, {:.1f} %", pairs.unpaired, 100 * share)};
   if (share > kFewUnpaired) {
-    unpaired.judge(share > kPoorShare ? Verdict::kFailed : Verdict::kWarning, "see skew");
+    unpaired.judge(share > kPoorShare ? kFailed : kWarning, "see skew");
   }
 
   const double longest_s = std::ranges::max(pairs.intervals_s);
@@ -98,8 +98,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
   Row wait{kPairPart, "longest wait",
            fmt::format("{:.0f} ms; the wheels stop after {:.0f} ms", 1e3 * longest_s, 1e3 * timeout_s)};
   if (std::max(longest_s, period_s(test)) >= timeout_s) {
-    wait.judge(Verdict::kWarning,
-               "the wheels stop between frames: set a higher rate_hz, or a longer command_timeout_s");
+    wait.judge(kWarning, "the wheels stop between frames: set a higher rate_hz, or a longer command_timeout_s");
   }
   return {rate, unpaired, wait};
 }
@@ -107,8 +106,7 @@ std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test) {
 Row judge_skew(const Pairs& any, const PairUnderTest& test) {
   const double limit_s = seconds_of(test.max_skew);
   if (any.skews_s.empty()) {
-    return {kPairPart, "skew", "no pairs at all", Verdict::kFailed,
-            "check that both rates are equal; see the cameras' rows"};
+    return {kPairPart, "skew", "no pairs at all", kFailed, "check that both rates are equal; see the cameras' rows"};
   }
   double most_s = 0;
   for (const double skew_s : any.skews_s) most_s = std::max(most_s, std::abs(skew_s));
@@ -118,11 +116,11 @@ Row judge_skew(const Pairs& any, const PairUnderTest& test) {
   const double free_s = StereoRig::kFreeSkew * period_s(test);
   if (most_s <= kTogether * period_s(test)) {
     if (most_s > limit_s) {
-      row.judge(Verdict::kFailed, as_key(kMargin * most_s));
+      row.judge(kFailed, as_key(kMargin * most_s));
     }
   } else if (limit_s < free_s) {
     row.judge(
-        most_s > limit_s ? Verdict::kFailed : Verdict::kWarning,
+        most_s > limit_s ? kFailed : kWarning,
         fmt::format("{} (0.6 of a period): free-running cameras may have a skew of up to half a period at each start",
                     as_key(free_s)));
   }

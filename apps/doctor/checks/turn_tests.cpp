@@ -88,7 +88,7 @@ Row judge_speed(Side side, double measured_radps, double commanded_radps) {
   Row row{kDrivePart, name_of(side, "speed"), fmt::format("{:.2f} rad/s of {:.2f}", measured_radps, commanded_radps)};
   const double off = std::abs(measured_radps - commanded_radps) / commanded_radps;
   if (off > kSpeedShare) {
-    row.judge(off > kPoorSpeedShare ? Verdict::kFailed : Verdict::kWarning,
+    row.judge(off > kPoorSpeedShare ? kFailed : kWarning,
               "the controller does not reach the speed: check its PID, the battery, max_speed_mps");
   }
   return row;
@@ -106,7 +106,7 @@ bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const 
     return false;
   }
   if (course.samples.size() < 2) {
-    report.add({kDrivePart, name_of(side, "wheel"), "too few readings of the angles", Verdict::kFailed, "see angles"});
+    report.add({kDrivePart, name_of(side, "wheel"), "too few readings of the angles", kFailed, "see angles"});
     return false;
   }
   const WheelSample& first = course.samples.front();
@@ -117,7 +117,7 @@ bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const 
   was_seen = was_seen && seen;
   Row row = judge_turning(side, counted, seen, test.asked.serial);
   if (course.ran_away) {
-    row.verdict = Verdict::kFailed;
+    row.verdict = kFailed;
     row.measured += "; it ran away and was stopped";
     // A control loop whose encoder is that of the other wheel never sees its own motor: it drives with full power, and
     // the other loop works against it.
@@ -152,14 +152,14 @@ Row judge_least_speed(const LeastSpeed& measured) {
   Row row{kDrivePart, kLeastSpeed, ""};
   if (!measured.turns_radps) {
     row.measured = fmt::format("{:.2f} rad/s does not turn both wheels", measured.stands_radps.value_or(0));
-    row.judge(Verdict::kWarning, "check the gains of its control loop; see the wheels' rows");
+    row.judge(kWarning, "check the gains of its control loop; see the wheels' rows");
     return row;
   }
   row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
   if (measured.stands_radps) row.measured += fmt::format(", {:.2f} does not", *measured.stands_radps);
   // Half of the believed speed need not turn them.
   if (measured.stands_radps && *measured.stands_radps >= measured.believed_radps) {
-    row.verdict = Verdict::kWarning;
+    row.verdict = kWarning;
     // The rounded value must not be below a speed that was seen to turn them.
     row.advice = fmt::format("set least_speed_radps: {:.2f}; slower commands turn no wheel",
                              std::ceil(100 * *measured.turns_radps) / 100);
@@ -171,8 +171,8 @@ Row judge_least_speed(const LeastSpeed& measured) {
 Row judge_counts(double counted, double seen, double counts_per_turn) {
   Row row{kDrivePart, "counts per turn", fmt::format("{:.2f} turns seen, {:.2f} counted", seen, counted)};
   if (std::abs(seen - counted) > kReading_turns) {
-    row.judge(Verdict::kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
-                                            counts_per_turn));
+    row.judge(kFailed, fmt::format("counts_per_turn: {:.4g} instead of {:g}", counts_per_turn * counted / seen,
+                                   counts_per_turn));
   }
   return row;
 }
@@ -213,7 +213,7 @@ Row judge_turning(Side commanded, const Counted& counted, const std::optional<Tu
                       counted.right_rad, seen ? "; seen: " + describe(*seen) : "")};
   const auto turning = counted.turning();
   if (!turning) {
-    row.verdict = Verdict::kFailed;
+    row.verdict = kFailed;
     if (!counted.has_nothing()) {
       row.advice = "both turn although one was commanded: check the encoders' wiring and the controller's program";
     } else {
@@ -228,7 +228,7 @@ Row judge_turning(Side commanded, const Counted& counted, const std::optional<Tu
     row.advice =
         way_advice(commanded, *turning, seen, commanded == Side::kLeft ? as_is.reverse_left : as_is.reverse_right);
   }
-  if (!row.advice.empty()) row.verdict = Verdict::kFailed;
+  if (!row.advice.empty()) row.verdict = kFailed;
   return row;
 }
 
@@ -237,8 +237,8 @@ bool test_turning(const DriveUnderTest& test, WheelBench& bench, const Surroundi
   bool obey = test_wheel(Side::kLeft, test, bench, surroundings, was_seen, report);
   obey = test_wheel(Side::kRight, test, bench, surroundings, was_seen, report) && obey;
   if (!was_seen) {
-    report.add({kDrivePart, "wheels seen", "the encoders cannot show which wheel turned in which direction",
-                Verdict::kNotRun, "run it in a terminal and watch the wheels"});
+    report.add({kDrivePart, "wheels seen", "the encoders cannot show which wheel turned in which direction", kNotRun,
+                "run it in a terminal and watch the wheels"});
   }
   return obey;
 }
@@ -284,7 +284,7 @@ void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surro
 void test_counts_per_turn(const DriveUnderTest& test, WheelBench& bench, double counts_per_turn,
                           const Surroundings& surroundings, Report& report) {
   const auto not_run = [&](std::string measured, std::string advice) {
-    report.add({kDrivePart, "counts per turn", std::move(measured), Verdict::kNotRun, std::move(advice)});
+    report.add({kDrivePart, "counts per turn", std::move(measured), kNotRun, std::move(advice)});
   };
   if (!(counts_per_turn > 0)) return not_run("its angles are not counted", "");
   if (!surroundings.ask) return not_run("no user counts the turns", "run it in a terminal");

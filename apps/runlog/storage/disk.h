@@ -11,8 +11,7 @@
 namespace twocone::runlog {
 
 /// Reports that the disk did not accept data of a run. The message is one line: the file and the reason.
-class DiskError : public config::FormattedError {
- public:
+struct DiskError : config::FormattedError {
   using FormattedError::FormattedError;
 };
 

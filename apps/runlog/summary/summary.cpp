@@ -329,11 +329,8 @@ std::string to_json(const Summary& summary, const RunInfo& info) {
                        {"skew_median_s", capture->skew_median_s},
                        {"skew_max_s", capture->skew_max_s},
                        {"lower_lost", capture->lower_lost},
-                       {"upper_lost", capture->upper_lost},
-                       {"lower_skipped", capture->counts.lower_skipped},
-                       {"upper_skipped", capture->counts.upper_skipped},
-                       {"unpaired", capture->counts.unpaired},
-                       {"recoveries", capture->counts.recoveries}};
+                       {"upper_lost", capture->upper_lost}};
+    for (const auto& [key, member] : kCaptureCounts) json["capture"][key] = capture->counts.*member;
   }
   return json.dump(2) + "\n";
 }

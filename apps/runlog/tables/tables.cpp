@@ -2,12 +2,8 @@
 #include "apps/runlog/tables/tables.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iterator>
-#include <type_traits>
-
-#include <fmt/format.h>
 
 #include "apps/runlog/storage/disk.h"
 
@@ -15,15 +11,6 @@ namespace twocone::runlog {
 namespace {
 
 constexpr char kBetween = ';';
-
-template <typename Number>
-bool parse_number(const std::string& field, Number& value) {
-  Number read{};
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), read);
-  if (error != std::errc() || end != field.data() + field.size()) return false;
-  value = read;
-  return true;
-}
 
 template <typename Row>
 struct Columns;
@@ -78,9 +65,6 @@ std::string to_field(const std::string& text) {
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
   return quoted + '"';
 }
-std::string to_field(double value) { return fmt::format("{}", value); }
-std::string to_field(int value) { return fmt::format("{}", value); }
-std::string to_field(std::uint64_t value) { return fmt::format("{}", value); }
 std::string to_field(const std::optional<double>& value) { return value ? to_field(*value) : std::string(); }
 std::string to_field(const std::optional<bool>& value) { return value ? to_field(int(*value)) : std::string(); }
 std::string to_field(const std::vector<std::string>& names) {
@@ -117,9 +101,6 @@ bool parse_field(const std::string& field, std::string& value) {
   value = field;
   return true;
 }
-bool parse_field(const std::string& field, double& value) { return parse_number(field, value); }
-bool parse_field(const std::string& field, int& value) { return parse_number(field, value); }
-bool parse_field(const std::string& field, std::uint64_t& value) { return parse_number(field, value); }
 bool parse_field(const std::string& field, std::optional<double>& value) {
   double number = 0;
   if (!field.empty() && !parse_field(field, number)) return false;

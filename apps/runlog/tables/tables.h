@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <charconv>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
@@ -20,11 +25,16 @@ namespace twocone::runlog {
 
 // ---- fields of a CSV line (RFC 4180)
 
+/// A flag is no number.
+template <typename T>
+concept FieldNumber = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
+
 /// Adds double quotes if the text contains a comma, a quote or a line break.
 std::string to_field(const std::string& text);
-std::string to_field(double value);
-std::string to_field(int value);
-std::string to_field(std::uint64_t value);
+template <FieldNumber Number>
+std::string to_field(Number value) {
+  return fmt::format("{}", value);
+}
 std::string to_field(const std::optional<double>& value);
 /// Writes 1 or 0.
 std::string to_field(const std::optional<bool>& value);
@@ -43,9 +53,14 @@ std::vector<std::string> split_fields(std::string_view line);
 
 /// @returns whether the field is a valid value; `value` is set only then
 bool parse_field(const std::string& field, std::string& value);
-bool parse_field(const std::string& field, double& value);
-bool parse_field(const std::string& field, int& value);
-bool parse_field(const std::string& field, std::uint64_t& value);
+template <FieldNumber Number>
+bool parse_field(const std::string& field, Number& value) {
+  Number read{};
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), read);
+  if (error != std::errc() || end != field.data() + field.size()) return false;
+  value = read;
+  return true;
+}
 bool parse_field(const std::string& field, std::optional<double>& value);
 bool parse_field(const std::string& field, std::optional<bool>& value);
 bool parse_field(const std::string& field, std::vector<std::string>& names);

@@ -117,15 +117,10 @@ FrameTaker::FrameTaker(Robot& robot, const config::Robot& description, SteadyTim
       fault_policy_(pace_.waits_for_program ? std::chrono::milliseconds(0) : patience, notify_),
       pairs_(config::to_wheels(description), config::to_start_pose(description)) {}
 
-Result<TakenPair> FrameTaker::try_take() {
-  auto frame = robot_.next_frame(pace_.frame_timeout);
-  if (!frame) return frame.error();
-  return pairs_.take(robot_, *std::move(frame));
-}
-
 Result<TakenPair> FrameTaker::take_pair(std::uint64_t number, const std::atomic<bool>& stop) {
   while (true) {
-    auto pair = try_take();
+    auto frame = robot_.next_frame(pace_.frame_timeout);
+    auto pair = frame ? pairs_.take(robot_, *std::move(frame)) : Result<TakenPair>(frame.error());
     if (pair) return pair;
     const Status bearable = fault_policy_.failed(number, pair.error());
     if (!bearable || stop || pair.error().code != ErrorCode::kBadData) stop_wheels();
@@ -188,7 +183,5 @@ Status FrameTaker::command(std::uint64_t number, const WheelSpeeds& speeds) {
   fault_policy_.over(number);
   return {};
 }
-
-double FrameTaker::age_s() const { return seconds_since(taken_at_); }
 
 }  // namespace twocone::runs

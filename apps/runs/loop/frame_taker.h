@@ -111,13 +111,12 @@ class FrameTaker {
   /// Time since the frame before, or one period where the robot did not drive in between.
   [[nodiscard]] double step_s() const { return step_s_; }
   /// How long ago the newest frame came.
-  [[nodiscard]] double age_s() const;
+  [[nodiscard]] double age_s() const { return seconds_since(taken_at_); }
   /// Frames of the lower and upper camera that were passed over for newer ones so far.
   [[nodiscard]] std::uint64_t lower_skipped() const { return lower_skipped_; }
   [[nodiscard]] std::uint64_t upper_skipped() const { return upper_skipped_; }
 
  private:
-  Result<TakenPair> try_take();
   Result<TakenPair> take_pair(std::uint64_t number, const std::atomic<bool>& stop);
   void stop_wheels();
   void note_contact(std::uint64_t number, const std::string& contact);

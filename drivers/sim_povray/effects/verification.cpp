@@ -77,11 +77,11 @@ struct Verifier {
     const MirrorSight* const limits = mirror && choice.why_whole.empty() ? &*mirror : nullptr;
     const auto chosen_image = take(choice.scene, view, limits, choice.quality, kTimes);
     if (!chosen_image) return chosen_image.error();
-    const bool is_time_told = full_image->least_s > chosen_image->most_s || chosen_image->least_s > full_image->most_s;
+    const bool is_time_sure = full_image->least_s > chosen_image->most_s || chosen_image->least_s > full_image->most_s;
     Verification result{.view = view.camera_name,
                         .everything_s = full_image->middle_s,
                         .choice_s = chosen_image->middle_s,
-                        .is_time_told = is_time_told};
+                        .is_time_sure = is_time_sure};
     const Image whole = pass_through(*full_image->image);
     compare(whole, *chosen_image->image, mirror, result);
     if (result.different == 0) return result;
