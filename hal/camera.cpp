@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/errors.h"
+
 namespace twocone {
 
 void check(const CameraSettings& settings) {
@@ -50,7 +52,7 @@ Status Camera::start() {
 
 Result<Frame> Camera::grab(std::chrono::milliseconds timeout) {
   if (timeout.count() < 0) {
-    throw std::invalid_argument(fmt::format("Camera::grab: timeout is {} ms, must be >= 0", timeout.count()));
+    throw base::InvalidArgument("Camera::grab: timeout is {} ms, must be >= 0", timeout.count());
   }
   if (state_ != State::kStreaming) return Error{ErrorCode::kInvalidState, "grab: start the camera first"};
   return do_grab(std::min(timeout, kLongestWait));
@@ -66,10 +68,9 @@ Status start_camera(const std::string& name, Camera& camera, const CameraSetting
   const auto applied = camera.configure(wanted);
   if (!applied) return with_name(name, applied.error());
   if (applied->width_px != wanted.width_px || applied->height_px != wanted.height_px) {
-    return with_name(name,
-                     {ErrorCode::kRefused,
-                      fmt::format("the camera gives {} x {} pixels instead of {} x {}; ask for a size that it has",
-                                  applied->width_px, applied->height_px, wanted.width_px, wanted.height_px)});
+    return Error(ErrorCode::kRefused,
+                 "{}: the camera gives {} x {} pixels instead of {} x {}; ask for a size that it has", name,
+                 applied->width_px, applied->height_px, wanted.width_px, wanted.height_px);
   }
   if (const auto started = camera.start(); !started) return with_name(name, started.error());
   return {};
@@ -85,7 +86,7 @@ void check(const CameraDevice& device, std::string_view settings) {
     if (name.empty()) bad += " a control has no name;";
     if (!std::isfinite(value)) bad += fmt::format(" control {} is {};", name, value);
   }
-  if (!bad.empty()) throw std::invalid_argument(fmt::format("{}:{}", settings, bad));
+  if (!bad.empty()) throw base::InvalidArgument("{}:{}", settings, bad);
 }
 
 }  // namespace twocone

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
+
 namespace twocone {
 
 void check(const DriveLimits& limits) {
@@ -25,8 +27,8 @@ DiffDrive::DiffDrive(const DriveLimits& limits) : limits_(limits) { check(limits
 
 Result<WheelSpeeds> DiffDrive::set_speeds(const WheelSpeeds& wanted) {
   if (!std::isfinite(wanted.left_radps) || !std::isfinite(wanted.right_radps)) {
-    throw std::invalid_argument(fmt::format("DiffDrive::set_speeds: left {} rad/s, right {} rad/s: must be finite",
-                                            wanted.left_radps, wanted.right_radps));
+    throw base::InvalidArgument("DiffDrive::set_speeds: left {} rad/s, right {} rad/s: must be finite",
+                                wanted.left_radps, wanted.right_radps);
   }
   const double fastest = std::max(std::abs(wanted.left_radps), std::abs(wanted.right_radps));
   WheelSpeeds applied = wanted;

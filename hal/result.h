@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,11 +36,11 @@ inline std::string_view to_string(ErrorCode code) {
 
 /// A code to branch on and one sentence for a person.
 struct Error {
-  Error(ErrorCode code, std::string message) : code(code), message(std::move(message)) {}
+  Error(ErrorCode kind, std::string text) : code(kind), message(std::move(text)) {}
   /// Formats the message from its text and values, in the way of fmt.
   template <typename Value, typename... Values>
-  Error(ErrorCode code, fmt::format_string<Value, Values...> text, Value&& value, Values&&... values)
-      : code(code), message(fmt::format(text, std::forward<Value>(value), std::forward<Values>(values)...)) {}
+  Error(ErrorCode kind, fmt::format_string<Value, Values...> text, Value&& value, Values&&... values)
+      : code(kind), message(fmt::format(text, std::forward<Value>(value), std::forward<Values>(values)...)) {}
 
   ErrorCode code;
   std::string message;
@@ -82,15 +83,14 @@ template <>
 class [[nodiscard]] Result<void> {
  public:
   Result() = default;
-  Result(Error error) : error_(std::move(error)), ok_(false) {}  // NOLINT(google-explicit-constructor)
+  Result(Error error) : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
-  [[nodiscard]] bool has_value() const { return ok_; }
-  explicit operator bool() const { return ok_; }
-  [[nodiscard]] const Error& error() const { return assert(!ok_), error_; }
+  [[nodiscard]] bool has_value() const { return !error_; }
+  explicit operator bool() const { return has_value(); }
+  [[nodiscard]] const Error& error() const { return assert(!has_value()), *error_; }
 
  private:
-  Error error_{};
-  bool ok_ = true;
+  std::optional<Error> error_;
 };
 
 using Status = Result<void>;

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
 #include "base/log.h"
 
 namespace twocone {
@@ -34,7 +35,7 @@ StereoRig::StereoRig(std::unique_ptr<Camera> lower, std::unique_ptr<Camera> uppe
     : lower_{"lower", std::move(lower)}, upper_{"upper", std::move(upper)}, max_skew_(max_skew) {
   if (!lower_.camera || !upper_.camera) throw std::invalid_argument("StereoRig: needs a lower and an upper camera");
   if (max_skew.count() < 0) {
-    throw std::invalid_argument(fmt::format("StereoRig: max_skew is {} ns, must be >= 0", max_skew.count()));
+    throw base::InvalidArgument("StereoRig: max_skew is {} ns, must be >= 0", max_skew.count());
   }
 }
 
@@ -144,7 +145,7 @@ Status StereoRig::find_nearer(SteadyTime deadline) {
 
 Result<StereoFrame> StereoRig::grab(milliseconds timeout) {
   if (timeout.count() < 0) {
-    throw std::invalid_argument(fmt::format("StereoRig::grab: timeout is {} ms, must be >= 0", timeout.count()));
+    throw base::InvalidArgument("StereoRig::grab: timeout is {} ms, must be >= 0", timeout.count());
   }
   const auto deadline = std::chrono::steady_clock::now() + std::min(timeout, kLongestWait);
   while (true) {

@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <vector>
 
-#include <fmt/format.h>
 #include <Eigen/Cholesky>
 #include <boost/container/small_vector.hpp>
 
+#include "base/errors.h"
 #include "base/quantile.h"
 #include "localisation/chi_squared.h"
 #include "localisation/least_squares/answer.h"
@@ -239,8 +238,8 @@ Fix fix_by_least_squares(std::span<const LandmarkMeasurement> measurements) {
 std::optional<Eigen::Matrix3d> pose_bound(const Pose& pose, std::span<const Eigen::Vector2d> landmarks_m,
                                           std::span<const Eigen::Matrix2d> information) {
   if (landmarks_m.size() != information.size()) {
-    throw std::invalid_argument(
-        fmt::format("pose_bound: {} landmarks, but information of {}", landmarks_m.size(), information.size()));
+    throw base::InvalidArgument("pose_bound: {} landmarks, but information of {}", landmarks_m.size(),
+                                information.size());
   }
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < landmarks_m.size(); ++i) {

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
+
 namespace twocone::localisation {
 
 // The slope of sinc at 0 is 0, so the quotient is exact to rounding for every x except 0.
@@ -14,7 +16,7 @@ double sinc(double x) { return x == 0 ? 1 : std::sin(x) / x; }
 
 Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m) {
   if (!(separation_m > 0) || !std::isfinite(separation_m)) {
-    throw std::invalid_argument(fmt::format("drive_arc: separation_m is {}, must be > 0 m", separation_m));
+    throw base::InvalidArgument("drive_arc: separation_m is {}, must be > 0 m", separation_m);
   }
   const double turn_rad = (right_m - left_m) / separation_m;
   const double chord_m = (left_m + right_m) / 2 * sinc(turn_rad / 2);
@@ -39,16 +41,15 @@ Odometry::Odometry(const WheelGeometry& wheels, const Pose& start) : wheels_(whe
 
 const Pose& Odometry::update(double left_rad, double right_rad) {
   if (!std::isfinite(left_rad) || !std::isfinite(right_rad)) {
-    throw std::invalid_argument(
-        fmt::format("Odometry::update: left {} rad, right {} rad: must be finite", left_rad, right_rad));
+    throw base::InvalidArgument("Odometry::update: left {} rad, right {} rad: must be finite", left_rad, right_rad);
   }
   if (last_) {
     const Pose next = drive_arc(pose_, wheels_.radius_m * (left_rad - last_->left_rad),
                                 wheels_.radius_m * (right_rad - last_->right_rad), wheels_.separation_m);
     if (!std::isfinite(next.x_m) || !std::isfinite(next.y_m) || !std::isfinite(next.heading_rad)) {
-      throw std::invalid_argument(
-          fmt::format("Odometry::update: from left {} rad, right {} rad to {} rad, {} rad exceeds the range of numbers",
-                      last_->left_rad, last_->right_rad, left_rad, right_rad));
+      throw base::InvalidArgument(
+          "Odometry::update: from left {} rad, right {} rad to {} rad, {} rad exceeds the range of numbers",
+          last_->left_rad, last_->right_rad, left_rad, right_rad);
     }
     pose_ = next;
   }

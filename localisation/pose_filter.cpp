@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
 
+#include "base/errors.h"
 #include "localisation/chi_squared.h"
 #include "localisation/covariance.h"
 #include "localisation/least_squares/posterior.h"
@@ -60,11 +61,11 @@ std::string_view to_string(FixUse use) {
 PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise) {
   state_.head<3>() << start.pose.x_m, start.pose.y_m, start.pose.heading_rad;
   if (!state_.allFinite() || !is_covariance<3>(start.covariance)) {
-    throw std::invalid_argument(
-        fmt::format("PoseHypothesis: x {} m, y {} m, heading {} rad with the variances {} m2, {} m2, {} rad2: must be "
-                    "finite, with a symmetric and positive definite covariance",
-                    start.pose.x_m, start.pose.y_m, start.pose.heading_rad, start.covariance(0, 0),
-                    start.covariance(1, 1), start.covariance(2, 2)));
+    throw base::InvalidArgument(
+        "PoseHypothesis: x {} m, y {} m, heading {} rad with the variances {} m2, {} m2, {} rad2: must be "
+        "finite, with a symmetric and positive definite covariance",
+        start.pose.x_m, start.pose.y_m, start.pose.heading_rad, start.covariance(0, 0), start.covariance(1, 1),
+        start.covariance(2, 2));
   }
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = start.covariance / 2 + start.covariance.transpose() / 2;
@@ -135,10 +136,10 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
       state_[kBendState];
   next.head<3>() += f.block<3, 1>(0, kBendState) * state_[kBendState];
   if (!next.allFinite() || !p.allFinite() || !(p.diagonal().minCoeff() >= 0)) {
-    throw std::invalid_argument(
-        fmt::format("PoseHypothesis::predict: {} rad of the left and {} rad of the right wheel in {} s exceed the "
-                    "range of numbers",
-                    left_rad, right_rad, dt_s));
+    throw base::InvalidArgument(
+        "PoseHypothesis::predict: {} rad of the left and {} rad of the right wheel in {} s exceed the "
+        "range of numbers",
+        left_rad, right_rad, dt_s);
   }
   covariance_ = p / 2 + p.transpose() / 2;  // halved first: a sum may overflow
   state_ = next;
@@ -223,18 +224,18 @@ PoseFilter::PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise) 
 void PoseFilter::predict(double t_s, double left_rad, double right_rad) {
   const bool is_late = last_ && t_s < last_->t_s;
   if (!std::isfinite(t_s) || !std::isfinite(left_rad) || !std::isfinite(right_rad) || is_late) {
-    throw std::invalid_argument(fmt::format(
+    throw base::InvalidArgument(
         "PoseFilter::predict: t {} s, left {} rad, right {} rad: must be finite, and t not before the last one{}", t_s,
-        left_rad, right_rad, last_ ? fmt::format(" ({} s)", last_->t_s) : ""));
+        left_rad, right_rad, last_ ? fmt::format(" ({} s)", last_->t_s) : "");
   }
   if (last_) {
     const double dt_s = t_s - last_->t_s;
     const double left = left_rad - last_->left_rad;
     const double right = right_rad - last_->right_rad;
     if (!std::isfinite(dt_s) || !std::isfinite(left) || !std::isfinite(right)) {
-      throw std::invalid_argument(fmt::format(
+      throw base::InvalidArgument(
           "PoseFilter::predict: from {} s, {} rad, {} rad to {} s, {} rad, {} rad exceeds the range of numbers",
-          last_->t_s, last_->left_rad, last_->right_rad, t_s, left_rad, right_rad));
+          last_->t_s, last_->left_rad, last_->right_rad, t_s, left_rad, right_rad);
     }
     if (believed_) believed_->predict(dt_s, left, right, wheels_, noise_);
     try {

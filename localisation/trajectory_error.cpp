@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <fmt/format.h>
+#include "base/errors.h"
 
 namespace twocone::localisation {
 namespace {
@@ -64,7 +64,7 @@ std::optional<TrajectoryError> relative_error(std::span<const PosePair> pairs, s
 }
 
 std::vector<std::size_t> stretches(std::span<const PosePair> pairs, double delta_m) {
-  if (!(delta_m > 0)) throw std::invalid_argument(fmt::format("stretches: delta_m is {}, must be > 0", delta_m));
+  if (!(delta_m > 0)) throw base::InvalidArgument("stretches: delta_m is {}, must be > 0", delta_m);
   std::vector<std::size_t> ends;
   double gone_m = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

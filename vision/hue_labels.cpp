@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
-#include <fmt/format.h>
+#include "base/errors.h"
 
 namespace twocone::vision {
 namespace {
@@ -32,13 +31,12 @@ double hue_distance(double a_rad, double b_rad) {
 }  // namespace
 
 HueLabels::HueLabels(const std::vector<Eigen::Vector3d>& colours) {
-  if (colours.size() > 255)
-    throw std::invalid_argument(fmt::format("HueLabels: {} colours, at most 255", colours.size()));
+  if (colours.size() > 255) throw base::InvalidArgument("HueLabels: {} colours, at most 255", colours.size());
   for (const Eigen::Vector3d& c : colours) {
     if (!c.allFinite() || c.minCoeff() < 0 || !(c.maxCoeff() > c.minCoeff())) {
-      throw std::invalid_argument(
-          fmt::format("HueLabels: colour [{}, {}, {}] has no hue: needs finite values >= 0 that are not all equal",
-                      c.x(), c.y(), c.z()));
+      throw base::InvalidArgument(
+          "HueLabels: colour [{}, {}, {}] has no hue: needs finite values >= 0 that are not all equal", c.x(), c.y(),
+          c.z());
     }
     hues_rad_.push_back(hue_of(c.x(), c.y(), c.z()));
   }

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
+#include "base/errors.h"
 #include "base/plane.h"
 
 namespace twocone::vision {
@@ -29,9 +30,8 @@ inline std::string bad_sizes(cv::Size lower, cv::Size upper) {
 /// @throws std::invalid_argument for an image of another type than CV_8UC3, or of another size
 inline void check_image(std::string_view method, const char* view, const cv::Mat& image, cv::Size size) {
   if (image.type() == CV_8UC3 && image.size() == size) return;
-  throw std::invalid_argument(fmt::format("{}: the {} image has {} x {} pixels of {} channels, wanted {} x {} of r g b",
-                                          method, view, image.cols, image.rows, image.channels(), size.width,
-                                          size.height));
+  throw base::InvalidArgument("{}: the {} image has {} x {} pixels of {} channels, wanted {} x {} of r g b", method,
+                              view, image.cols, image.rows, image.channels(), size.width, size.height);
 }
 
 /// Returns the error message for a landmark's radius; empty if it is valid.

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <Eigen/QR>
 
+#include "base/errors.h"
 #include "base/plane.h"
 
 namespace twocone::vision {
@@ -42,9 +43,9 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
   const double determinant = c(0, 0) * c(1, 1) - c(0, 1) * c(1, 0);
   const bool is_symmetric = std::abs(c(0, 1) - c(1, 0)) <= kRoundings * kEpsilon * c.cwiseAbs().maxCoeff();
   if (!c.allFinite() || !is_symmetric || !(c(0, 0) > 0) || !(determinant > 0)) {
-    throw std::invalid_argument(
-        fmt::format("triangulate: the {} sighting's covariance is [{}, {}; {}, {}] px^2, must be positive definite",
-                    view, c(0, 0), c(0, 1), c(1, 0), c(1, 1)));
+    throw base::InvalidArgument(
+        "triangulate: the {} sighting's covariance is [{}, {}; {}, {}] px^2, must be positive definite", view, c(0, 0),
+        c(0, 1), c(1, 0), c(1, 1));
   }
   // W is the inverse of the lower Cholesky factor.
   const double l00 = std::sqrt(c(0, 0));

@@ -5,13 +5,14 @@
 #include <numbers>
 #include <stdexcept>
 
-#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
+
+#include "base/errors.h"
 
 namespace twocone::vision {
 
 cv::Mat unwrap(const cv::Mat& image, const MirrorView& view, int width_px) {
-  if (width_px < 1) throw std::invalid_argument(fmt::format("unwrap: width_px is {}, must be >= 1", width_px));
+  if (width_px < 1) throw base::InvalidArgument("unwrap: width_px is {}, must be >= 1", width_px);
   if (image.empty()) throw std::invalid_argument("unwrap: the image is empty");
   const MirrorViewSettings& s = view.settings();
   const int height_px = static_cast<int>(std::ceil(s.rim_radius_px));

@@ -10,6 +10,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "base/errors.h"
 
 namespace twocone::calibrate {
 namespace {
@@ -108,8 +109,8 @@ bool is_settled(const std::vector<vision::CalibratedParameter>& last,
 void check(const std::vector<runlog::RunData>& runs, const Settings& settings) {
   if (runs.empty()) throw std::invalid_argument("calibrate: there is no run, must be at least one");
   if (settings.frames < int(vision::CalibrationResult::kMinFrames)) {
-    throw std::invalid_argument(
-        fmt::format("calibrate: frames is {}, must be >= {}", settings.frames, vision::CalibrationResult::kMinFrames));
+    throw base::InvalidArgument("calibrate: frames is {}, must be >= {}", settings.frames,
+                                vision::CalibrationResult::kMinFrames);
   }
 }
 

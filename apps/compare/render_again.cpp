@@ -137,7 +137,7 @@ Status render_all(const Settings& settings, const Side& real, const config::Map&
     if (!std::filesystem::exists(runlog::upper_image_file(settings.simulated, places[i].frame.frame))) {
       auto frames = look(**host, real.run.robot, places[i]);
       if (!frames) {
-        return Error{frames.error().code, fmt::format("frame {}: {}", places[i].frame.frame, frames.error().message)};
+        return Error(frames.error().code, "frame {}: {}", places[i].frame.frame, frames.error().message);
       }
       coming.push_back({places[i].frame.frame, *std::move(frames)});
       if (coming.size() >= kOnTheWay) {

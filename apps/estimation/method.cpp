@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "apps/config/yaml/names.h"
+#include "base/errors.h"
 
 namespace twocone::estimation {
 namespace {
@@ -27,9 +27,9 @@ Method method_named(std::string_view name) {
   const auto known = std::find(std::begin(kNames), std::end(kNames), name);
   if (known != std::end(kNames)) return Method(known - std::begin(kNames));
   if (const auto present = config::present_name(config::NameOf::kMethod, name); present != name) {
-    throw std::invalid_argument(fmt::format("method '{}' is now named '{}'", name, present));
+    throw base::InvalidArgument("method '{}' is now named '{}'", name, present);
   }
-  throw std::invalid_argument(fmt::format("no method '{}'; there are: {}", name, fmt::join(method_names(), ", ")));
+  throw base::InvalidArgument("no method '{}'; there are: {}", name, fmt::join(method_names(), ", "));
 }
 
 Method method_of(const config::Robot& robot) {
@@ -38,11 +38,11 @@ Method method_of(const config::Robot& robot) {
 
 config::Robot with_budget(config::Robot robot, Method method, double budget_s) {
   if (!(budget_s > 0) || !std::isfinite(budget_s)) {
-    throw std::invalid_argument(fmt::format("the time budget is {} ms, must be > 0 ms and finite", budget_s * kMsPerS));
+    throw base::InvalidArgument("the time budget is {} ms, must be > 0 ms and finite", budget_s * kMsPerS);
   }
   if (method == Method::kPaper) {
-    throw std::invalid_argument(fmt::format("method {} has no stages to stop at: a time budget needs method {}",
-                                            to_string(method), to_string(Method::kOutline)));
+    throw base::InvalidArgument("method {} has no stages to stop at: a time budget needs method {}", to_string(method),
+                                to_string(Method::kOutline));
   }
   robot.estimator.method = to_string(method);  // a file with method paper must not have the key `stage`
   robot.estimator.stage = "adaptive";

@@ -7,6 +7,7 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/import/stamps.h"
+#include "base/errors.h"
 
 namespace twocone::importer {
 
@@ -35,8 +36,8 @@ struct ImageList {
 ImageList list_images(const std::filesystem::path& folder, const std::filesystem::path& times_file, StampUnit unit);
 
 /// Reports an image that cannot be decoded, because it is incomplete or not an image. The message is one line.
-struct UnreadableImage : config::FormattedError {
-  using FormattedError::FormattedError;
+struct UnreadableImage : base::FormattedError {
+  using Formatted::Formatted;
 };
 
 struct ImageSize {

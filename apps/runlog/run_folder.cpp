@@ -128,7 +128,7 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
   const auto image = read_image(file);
   if (!image) return image.error();
   const auto rgb = to_rgb8(*image);
-  if (!rgb) return Error{rgb.error().code, fmt::format("{}: {}", file.string(), rgb.error().message)};
+  if (!rgb) return with_name(file.string(), rgb.error());
   return estimation::as_mat(*rgb).clone();
 }
 

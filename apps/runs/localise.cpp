@@ -32,9 +32,10 @@ struct Pair {
 Result<std::optional<Pair>> read_pair(const fs::path& folder, std::uint64_t frame, bool allow_missing) {
   const auto without = [&](const Error& error) -> Result<std::optional<Pair>> {
     if (allow_missing) return std::optional<Pair>();
-    return Error{error.code, fmt::format("frame {}: {}; nothing was changed: put the image back, or leave such frames "
-                                         "without an answer with --allow-missing",
-                                         frame, error.message)};
+    return Error(error.code,
+                 "frame {}: {}; nothing was changed: put the image back, or leave such frames without an answer with "
+                 "--allow-missing",
+                 frame, error.message);
   };
   auto lower = runlog::read_image(runlog::lower_image_file(folder, frame));
   if (!lower) return without(lower.error());
@@ -77,7 +78,7 @@ Result<runlog::RunData> localise(const fs::path& folder, estimation::Method meth
     is_any_read = is_any_read || *pair;
     if (*pair) {
       const auto answer = estimator.answer((*pair)->lower, (*pair)->upper);
-      if (!answer) return Error{answer.error().code, fmt::format("frame {}: {}", frame.frame, answer.error().message)};
+      if (!answer) return Error(answer.error().code, "frame {}: {}", frame.frame, answer.error().message);
       answers.push_back(runlog::to_rows(frame.frame, frame.t_s, *answer, run.map, truth));
       answers.back().timing = runlog::to_row(frame.frame, frame.t_s, answer->timing,
                                              estimation::time_limit_of(method, run.robot).has_value());

@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <deque>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -18,6 +17,7 @@
 #include "apps/runs/loop/run_record.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
+#include "base/errors.h"
 #include "base/log.h"
 #include "drivers/sim_povray/effects.h"
 
@@ -173,7 +173,7 @@ class Loop {
     pending_.pop_front();
     runlog::FrameRecord& record = taken.record;
     const auto failed = [&](const Error& error) {
-      return Error{error.code, fmt::format("frame {}: {}", record.frame.frame, error.message)};
+      return Error(error.code, "frame {}: {}", record.frame.frame, error.message);
     };
     const SteadyTime waited_from = std::chrono::steady_clock::now();
     const auto images = wait_for_images(taken.frame, stop_);
@@ -265,7 +265,7 @@ class Loop {
 
 Result<runlog::RunInfo> run(const config::Robot& robot, const config::Map& map, const RunOptions& options,
                             const Progress& progress, const std::atomic<bool>& stop) {
-  if (options.frames < 1) throw std::invalid_argument(fmt::format("frames is {}, must be >= 1", options.frames));
+  if (options.frames < 1) throw base::InvalidArgument("frames is {}, must be >= 1", options.frames);
   return Loop(robot, map, options, progress, stop).go();
 }
 

@@ -8,9 +8,7 @@
 #include <numeric>
 #include <optional>
 #include <random>
-#include <stdexcept>
 
-#include <fmt/format.h>
 #include <Eigen/Core>
 
 #include "apps/behaviours/behaviour.h"
@@ -19,6 +17,7 @@
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/tradeoff/statistics.h"
+#include "base/errors.h"
 #include "localisation/least_squares_fix.h"
 #include "localisation/odometry.h"
 
@@ -234,7 +233,7 @@ void check(const config::Robot& robot, const config::Map& map) {
 
 void check_number(int episodes) {
   if (episodes >= int(kLeastEpisodes)) return;
-  throw std::invalid_argument(fmt::format("episodes is {}, must be >= {}", episodes, kLeastEpisodes));
+  throw base::InvalidArgument("episodes is {}, must be >= {}", episodes, kLeastEpisodes);
 }
 
 }  // namespace

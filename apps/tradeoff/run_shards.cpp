@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
@@ -15,6 +14,7 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/version.h"
 #include "apps/tradeoff/output.h"
+#include "base/errors.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -54,7 +54,7 @@ Setting as_is(const Subject& subject) {
 // ---- the figures of each setting
 
 void add(ByEpisode& values, int episode, double value) {
-  if (episode < 0) throw std::invalid_argument(fmt::format("a row's episode is {}, must be >= 0", episode));
+  if (episode < 0) throw base::InvalidArgument("a row's episode is {}, must be >= 0", episode);
   if (values.size() <= std::size_t(episode)) values.resize(std::size_t(episode) + 1);
   values[std::size_t(episode)].push_back(value);
 }
@@ -120,8 +120,8 @@ std::vector<Values> values_of(const Plan& plan, const ShardRecord& all) {
   std::vector<Values> values(plan.settings.size());
   const auto index = [&plan](const auto& row) {
     if (row.setting >= 0 && std::size_t(row.setting) < plan.settings.size()) return std::size_t(row.setting);
-    throw std::invalid_argument(
-        fmt::format("a row is of setting {}, but the plan has 0 to {}", row.setting, int(plan.settings.size()) - 1));
+    throw base::InvalidArgument("a row is of setting {}, but the plan has 0 to {}", row.setting,
+                                int(plan.settings.size()) - 1);
   };
   const auto of = [&](const auto& row) -> Values& { return values[index(row)]; };
   const auto images_of = [&](const auto& row) -> Values& {

@@ -6,10 +6,9 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
-#include <fmt/format.h>
+#include "base/errors.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -21,18 +20,18 @@ constexpr double kRankSlack = 1e-9;
 /// Returns the episodes that have values.
 ByEpisode checked(const char* who, const ByEpisode& values, double level, bool zero_or_one = false) {
   if (!(level > 0 && level < 1)) {
-    throw std::invalid_argument(fmt::format("{}: level is {}, must lie between 0 and 1", who, level));
+    throw base::InvalidArgument("{}: level is {}, must lie between 0 and 1", who, level);
   }
   ByEpisode episodes;
   for (std::size_t episode = 0; episode < values.size(); ++episode) {
     for (const double value : values[episode]) {
       if (zero_or_one ? value == 0 || value == 1 : std::isfinite(value) && value >= 0) continue;
-      throw std::invalid_argument(fmt::format("{}: a value of episode {} is {}, must be {}", who, episode, value,
-                                              zero_or_one ? "0 or 1" : "finite and >= 0"));
+      throw base::InvalidArgument("{}: a value of episode {} is {}, must be {}", who, episode, value,
+                                  zero_or_one ? "0 or 1" : "finite and >= 0");
     }
     if (!values[episode].empty()) episodes.push_back(values[episode]);
   }
-  if (episodes.empty()) throw std::invalid_argument(fmt::format("{}: there is no value", who));
+  if (episodes.empty()) throw base::InvalidArgument("{}: there is no value", who);
   return episodes;
 }
 
@@ -126,7 +125,7 @@ Interval rmse_interval(const ByEpisode& values, double level) {
 
 Interval quantile_interval(const ByEpisode& values, double q, double level) {
   if (!(q > 0 && q <= 1)) {
-    throw std::invalid_argument(fmt::format("quantile_interval: q is {}, must be > 0 and <= 1", q));
+    throw base::InvalidArgument("quantile_interval: q is {}, must be > 0 and <= 1", q);
   }
   const ByEpisode episodes = checked("quantile_interval", values, level);
   std::vector<double> sorted;

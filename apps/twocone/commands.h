@@ -11,30 +11,31 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/twocone/terminal.h"
+#include "base/errors.h"
 #include "hal/result.h"
 
 /// The subcommands. Each function adds a subcommand with its options to the program. The callback runs it.
 namespace twocone::cli {
 
 /// A subcommand failed. The message has one or more lines for the user. main() prints them and exits with 1.
-struct CommandFailed : config::FormattedError {
-  using FormattedError::FormattedError;
+struct CommandFailed : base::FormattedError {
+  using Formatted::Formatted;
 };
 
 /// The work is done, but the data do not decide the question. main() prints the message and exits with 3.
-struct Undecided : config::FormattedError {
-  using FormattedError::FormattedError;
+struct Undecided : base::FormattedError {
+  using Formatted::Formatted;
 };
 
 /// A signal ended the work in good order. The message names the remaining files and the next step. main() prints the
 /// line and exits with 128 plus the signal's number, as a shell does.
-struct Interrupted : config::FormattedError {
-  using FormattedError::FormattedError;
+struct Interrupted : base::FormattedError {
+  using Formatted::Formatted;
 };
 
 /// The call itself is wrong. main() prints the line and exits with 2.
-struct BadUsage : config::FormattedError {
-  using FormattedError::FormattedError;
+struct BadUsage : base::FormattedError {
+  using Formatted::Formatted;
 };
 
 /// Returns the value. @throws CommandFailed with the error's message

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/serial_diffdrive/protocol.h"
 
-#include <stdexcept>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/errors.h"
 #include "drivers/serial_diffdrive/message_formats.h"
 
 namespace twocone::serial {
@@ -14,8 +13,7 @@ std::unique_ptr<Protocol> make_protocol(const ProtocolSettings& settings) {
   if (settings.name == "ros_arduino_bridge") return make_ros_arduino_bridge();
   if (settings.name == "roboclaw") return make_roboclaw(settings.address, settings.command_timeout);
   if (settings.name == "create2") return make_create2();
-  throw std::invalid_argument(
-      fmt::format("no protocol '{}'; there are: {}", settings.name, fmt::join(kProtocolNames, ", ")));
+  throw base::InvalidArgument("no protocol '{}'; there are: {}", settings.name, fmt::join(kProtocolNames, ", "));
 }
 
 }  // namespace twocone::serial

@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <boost/crc.hpp>
 #include <boost/endian/conversion.hpp>
 
+#include "base/errors.h"
 #include "base/log.h"
 #include "hal/device_info.h"
 
@@ -110,7 +110,7 @@ class Roboclaw final : public Protocol {
   /// Sends a command. Speeds and settings may safely be sent again.
   Status command(Transport& transport, std::uint8_t number, std::span<const std::uint8_t> data) {
     const auto packet = write_packet(address_, number, data);
-    Error last{};
+    Status last;
     for (int i = 0; i < kRoboclawTries; ++i) {
       if (auto ready = get_in_step(transport); !ready) return ready;
       const Deadline deadline = transport.in(kRoboclawReplyTime);
@@ -121,13 +121,13 @@ class Roboclaw final : public Protocol {
       last = answer ? Error(ErrorCode::kBadData, "command {}: answer 0x{:02X}, where 0xFF was expected", number,
                             answer->front())
                     : answer.error();
-      if (last.code == ErrorCode::kDisconnected) break;
+      if (last.error().code == ErrorCode::kDisconnected) break;
     }
     return last;
   }
 
   Result<std::vector<std::uint8_t>> ask(Transport& transport, std::uint8_t number, std::size_t bytes) {
-    Error last{};
+    Status last;
     for (int i = 0; i < kRoboclawTries; ++i) {
       if (auto ready = get_in_step(transport); !ready) return ready.error();
       if (auto sent = send_question(transport, number); !sent) return sent.error();
@@ -137,9 +137,9 @@ class Roboclaw final : public Protocol {
       }
       is_in_step_ = false;
       last = reply ? Error(ErrorCode::kBadData, "command {}: the answer's checksum is wrong", number) : reply.error();
-      if (last.code == ErrorCode::kDisconnected) break;
+      if (last.error().code == ErrorCode::kDisconnected) break;
     }
-    return last;
+    return last.error();
   }
 
   /// Synchronises with the unit's answers. After a failed exchange, and after stops that another process wrote, answers
@@ -246,7 +246,7 @@ std::optional<std::span<const std::uint8_t>> reply_data(std::uint8_t address, st
 
 std::unique_ptr<Protocol> make_roboclaw(std::uint8_t address, std::chrono::nanoseconds command_timeout) {
   if (address < 0x80 || address > 0x87) {
-    throw std::invalid_argument(fmt::format("roboclaw: address is 0x{:02X}, must be 0x80 to 0x87", address));
+    throw base::InvalidArgument("roboclaw: address is 0x{:02X}, must be 0x80 to 0x87", address);
   }
   return std::make_unique<Roboclaw>(address, command_timeout);
 }

@@ -106,20 +106,20 @@ class RosArduinoBridge final : public Protocol {
   /// Sends a command and reads its line; tries again if the line does not fit. Every command here may safely be sent
   /// twice.
   Result<std::string> ask(Transport& transport, const std::string& command, bool (*fits)(std::string_view)) {
-    Error last{};
+    Status last;
     for (int i = 0; i < kBridgeTries; ++i) {
       if (owed_ > 0) {
         base::Logger("serial").warning("an answer is missing or wrong; synchronising again");
         if (auto ready = get_in_step(transport, transport.in(kBridgeReplyTime)); !ready)
-          return i > 0 ? last : ready.error();
+          return i > 0 ? last.error() : ready.error();
       }
       auto line = ask_once(transport, command);
       if (line && fits(*line)) return line;
       owed_ = std::max(owed_, 1);  // that line may have belonged to an earlier command
       last = line ? unexpected(command, *line) : line.error();
-      if (last.code == ErrorCode::kDisconnected) break;
+      if (last.error().code == ErrorCode::kDisconnected) break;
     }
-    return last;
+    return last.error();
   }
 
   Result<std::string> ask_once(Transport& transport, const std::string& command) {

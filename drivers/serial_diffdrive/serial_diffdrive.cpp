@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/errors.h"
 #include "base/log.h"
 #include "drivers/serial_diffdrive/protocol.h"
 #include "drivers/serial_diffdrive/transport.h"
@@ -65,11 +66,11 @@ void check_without_watchdog(const SerialDriveSettings& settings, const DriveLimi
   const auto own =
       make_protocol({settings.protocol, std::uint8_t(settings.address), limits.command_timeout})->own_timeout();
   if (own && *own <= limits.command_timeout) return;
-  throw std::invalid_argument(
-      fmt::format("SerialDriveSettings: watchdog is switched off, but the controller's own time-out is {}, longer than "
-                  "command_timeout, {:g} ms",
-                  own ? fmt::format("{} ms", own->count()) : "infinite",
-                  std::chrono::duration<double, std::milli>(limits.command_timeout).count()));
+  throw base::InvalidArgument(
+      "SerialDriveSettings: watchdog is switched off, but the controller's own time-out is {}, longer than "
+      "command_timeout, {:g} ms",
+      own ? fmt::format("{} ms", own->count()) : "infinite",
+      std::chrono::duration<double, std::milli>(limits.command_timeout).count());
 }
 
 class SerialDiffDrive final : public DiffDrive {

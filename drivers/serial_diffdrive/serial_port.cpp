@@ -174,7 +174,7 @@ Result<Connection> open_once(const std::string& path, int baud, bool& is_busy) {
   if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
     const int error = sp_last_error_code();
     is_busy = error == EBUSY;
-    return Error{code_of(error), fmt::format("{}: {}{}", path, last_error(), advice_for(error))};
+    return Error(code_of(error), "{}: {}{}", path, last_error(), advice_for(error));
   }
   int descriptor = -1;
   if (sp_get_port_handle(port.get(), &descriptor) != SP_OK) {

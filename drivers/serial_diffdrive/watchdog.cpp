@@ -19,7 +19,6 @@
 #include <cstring>
 #include <new>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -28,6 +27,7 @@
 #include <fmt/format.h>
 
 #include "base/child_process.h"
+#include "base/errors.h"
 
 namespace twocone::serial {
 namespace {
@@ -261,7 +261,7 @@ Status Watchdog::wait_until_seen() {
 Result<std::unique_ptr<Watchdog>> start_watchdog_process(int port, std::vector<std::uint8_t> stop_bytes,
                                                          std::chrono::nanoseconds timeout) {
   if (timeout.count() <= 0) {
-    throw std::invalid_argument(fmt::format("WatchdogProcess: timeout is {} ns, must be > 0", timeout.count()));
+    throw base::InvalidArgument("WatchdogProcess: timeout is {} ns, must be > 0", timeout.count());
   }
   const auto unavailable = [](const char* what, int error) {
     return Error(ErrorCode::kUnavailable, "no {} for the watchdog: {}", what, std::strerror(error));

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
+
 namespace twocone::sim_povray {
 
 /// Collects complaints about the fields of a struct, or about arguments.
@@ -42,7 +44,7 @@ class Complaints {
   [[nodiscard]] bool empty() const { return text_.empty(); }
   /// @throws std::invalid_argument, beginning with `what`, if there are complaints
   void raise(const char* what) const {
-    if (!text_.empty()) throw std::invalid_argument(fmt::format("{}:{}", what, text_));
+    if (!text_.empty()) throw base::InvalidArgument("{}:{}", what, text_);
   }
 
  private:

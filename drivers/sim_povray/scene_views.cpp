@@ -83,9 +83,7 @@ Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& 
   const auto camera = scene->camera_of(*robot, camera_name);
   if (!camera) return camera.error();
   const auto vectors = camera_vectors(*scene, *camera);
-  if (!vectors) {
-    return Error{vectors.error().code, fmt::format("camera {}: {}", camera->name, vectors.error().message)};
-  }
+  if (!vectors) return with_name("camera " + camera->name, vectors.error());
   const auto povray = confined_povray(place, *scene);
   if (!povray) return povray.error();
 

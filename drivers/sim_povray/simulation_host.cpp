@@ -124,7 +124,7 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
     const std::uint64_t before = steps_;
     step_if_all_asked();
     if (changed_.wait_until(lock, deadline, [&] { return steps_ != before; })) return {};
-    const Error late{ErrorCode::kTimeout, fmt::format("the world waits for {}", robots_not_ready())};
+    const Error late(ErrorCode::kTimeout, "the world waits for {}", robots_not_ready());
     robots_.at(robot).asked = false;
     return late;
   }

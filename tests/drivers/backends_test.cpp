@@ -252,10 +252,11 @@ TEST(Backends, OneCameraForTwoEntriesIsRefusedByItsName) {
   for (const char* driver : {"v4l2_camera", "libcamera_camera"}) {
     RobotSettings settings = all_parts("memory");
     settings.lower.driver = settings.upper.driver = driver;
-    const Error error = check_cameras_differ(settings) ? Error{} : check_cameras_differ(settings).error();
-    EXPECT_EQ(error.code, ErrorCode::kRefused) << driver;
-    EXPECT_THAT(error.message, AllOf(HasSubstr("cameras.lower ('/dev/no-such-camera') and cameras.upper"),
-                                     HasSubstr("are one camera, /dev/no-such-camera")));
+    EXPECT_THAT(
+        check_cameras_differ(settings),
+        FailsWith(ErrorCode::kRefused, AllOf(HasSubstr("cameras.lower ('/dev/no-such-camera') and cameras.upper"),
+                                             HasSubstr("are one camera, /dev/no-such-camera"))))
+        << driver;
     settings.upper.device.name = "/dev/no-other-camera";
     EXPECT_TRUE(check_cameras_differ(settings));
     settings.others.push_back({"rear", settings.lower});

@@ -4,22 +4,21 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <fmt/format.h>
 #include <opencv2/core.hpp>
 
+#include "base/errors.h"
 #include "vision/image_quality.h"
 
 namespace twocone::vision::image_quality {
 
 /// @throws std::invalid_argument as image_quality.h states; `function` begins the message
 inline void check(const char* function, const cv::Mat& rgb, const ImageRegion& region) {
-  if (rgb.type() != CV_8UC3 || rgb.empty())
-    throw std::invalid_argument(fmt::format("{}: wants an image of r g b", function));
+  if (rgb.type() != CV_8UC3 || rgb.empty()) throw base::InvalidArgument("{}: wants an image of r g b", function);
   if (!(region.radius_px > 0) || !std::isfinite(region.radius_px) || !region.centre_px.allFinite() ||
       !(region.inner >= 0) || !(region.outer > region.inner) || !(region.outer <= 1)) {
-    throw std::invalid_argument(fmt::format(
+    throw base::InvalidArgument(
         "{}: a ring from {} to {} of {} px about {}, {} px, must be finite, its radius > 0 and 0 <= inner < outer <= 1",
-        function, region.inner, region.outer, region.radius_px, region.centre_px.x(), region.centre_px.y()));
+        function, region.inner, region.outer, region.radius_px, region.centre_px.x(), region.centre_px.y());
   }
 }
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
-#include <fmt/format.h>
 #include <Eigen/Dense>
 
+#include "base/errors.h"
 #include "base/quantile.h"
 #include "vision/image_quality.h"
 #include "vision/image_quality/shared.h"
@@ -109,8 +108,8 @@ std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& re
   image_quality::check("transfer", simulated_rgb, region);
   image_quality::check("transfer", real_rgb, region);
   if (simulated_rgb.size() != real_rgb.size()) {
-    throw std::invalid_argument(fmt::format("transfer: images of {} x {} and {} x {} px, must be of one size",
-                                            simulated_rgb.cols, simulated_rgb.rows, real_rgb.cols, real_rgb.rows));
+    throw base::InvalidArgument("transfer: images of {} x {} and {} x {} px, must be of one size", simulated_rgb.cols,
+                                simulated_rgb.rows, real_rgb.cols, real_rgb.rows);
   }
   const std::vector<Pair> pairs = plain_pairs(simulated_rgb, real_rgb, region);
   const auto start = first_gains(pairs);

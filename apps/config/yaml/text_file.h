@@ -5,26 +5,16 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <stdexcept>
 #include <string>
-#include <utility>
 
-#include <fmt/format.h>
+#include "base/errors.h"
 
 namespace twocone::config {
 
-/// An error whose message is one text, or a text and its values as fmt::format takes them.
-struct FormattedError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-  template <typename Value, typename... Values>
-  FormattedError(fmt::format_string<Value, Values...> text, Value&& value, Values&&... values)
-      : std::runtime_error(fmt::format(text, std::forward<Value>(value), std::forward<Values>(values)...)) {}
-};
-
 /// A file that cannot be used. The message has one line for each bad key: "robots/lab.yaml:7: drive.wheel_radius_m is
 /// -0.05 m, must be > 0".
-struct FileError : FormattedError {
-  using FormattedError::FormattedError;
+struct FileError : base::FormattedError {
+  using Formatted::Formatted;
 };
 
 /// Returns the content of a regular file, byte for byte.

@@ -6,13 +6,14 @@
 #include <string_view>
 
 #include "apps/config/yaml/text_file.h"
+#include "base/errors.h"
 #include "base/unique_fd.h"
 
 namespace twocone::runlog {
 
 /// Reports that the disk did not accept data of a run. The message is one line: the file and the reason.
-struct DiskError : config::FormattedError {
-  using FormattedError::FormattedError;
+struct DiskError : base::FormattedError {
+  using Formatted::Formatted;
 };
 
 /// Creates a folder and those above it. @throws DiskError

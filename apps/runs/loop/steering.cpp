@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/steering.h"
 
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -9,6 +8,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "base/errors.h"
 
 namespace twocone::runs {
 namespace {
@@ -27,7 +27,7 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot
     }
     return std::make_unique<behaviours::Waypoints>(body, points_m);
   }
-  throw std::invalid_argument(fmt::format("no behaviour '{}'; there are: wander, waypoints, still", name));
+  throw base::InvalidArgument("no behaviour '{}'; there are: wander, waypoints, still", name);
 }
 
 }  // namespace

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
 
-#include <fmt/format.h>
-
+#include "base/errors.h"
 #include "drivers/sim_povray/camera/light.h"
 
 namespace twocone::sim_povray {
@@ -59,17 +57,17 @@ std::vector<std::vector<int>> samples_of_rows(const CameraEffects& effects, int 
 
 void check(const CameraEffects& effects, const std::vector<std::shared_ptr<const Image>>& shutter_samples) {
   if (shutter_samples.size() != std::size_t(shutter_sample_count(effects))) {
-    throw std::invalid_argument(
-        fmt::format("there are {} shutter samples, must be {}", shutter_samples.size(), shutter_sample_count(effects)));
+    throw base::InvalidArgument("there are {} shutter samples, must be {}", shutter_samples.size(),
+                                shutter_sample_count(effects));
   }
   for (const auto& image : shutter_samples) {
     const Image& first = *shutter_samples.front();
     const bool is_whole = image->format == PixelFormat::kRgb8 &&
                           image->bytes.size() == image_bytes(image->format, image->width_px, image->height_px);
     if (!is_whole || image->width_px != first.width_px || image->height_px != first.height_px) {
-      throw std::invalid_argument(fmt::format(
-          "a shutter sample of {} x {} px, {}, {} bytes, must be whole, Rgb8 and {} x {} px", image->width_px,
-          image->height_px, to_string(image->format), image->bytes.size(), first.width_px, first.height_px));
+      throw base::InvalidArgument("a shutter sample of {} x {} px, {}, {} bytes, must be whole, Rgb8 and {} x {} px",
+                                  image->width_px, image->height_px, to_string(image->format), image->bytes.size(),
+                                  first.width_px, first.height_px);
     }
   }
 }

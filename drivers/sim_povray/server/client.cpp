@@ -11,13 +11,13 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
 #include "drivers/sim_povray/server/images.h"
 #include "drivers/sim_povray/server/protocol.h"
 #include "drivers/sim_povray/server/socket.h"
@@ -45,7 +45,7 @@ bool is_sound(const SessionState& state) {
 /// Refuses a text longer than kMaxText, which would be cut on its way.
 void check_text(const char* field, const std::string& text) {
   if (text.size() <= kMaxText) return;
-  throw std::invalid_argument(fmt::format("{} is {} bytes long; {} are the most", field, text.size(), kMaxText));
+  throw base::InvalidArgument("{} is {} bytes long; {} are the most", field, text.size(), kMaxText);
 }
 
 class RemoteSession final : public RobotSession {
@@ -138,8 +138,8 @@ class RemoteSession final : public RobotSession {
 
   Status command(const WheelSpeeds& speeds) override {
     if (!std::isfinite(speeds.left_radps) || !std::isfinite(speeds.right_radps)) {
-      throw std::invalid_argument(
-          fmt::format("wheel speeds are {} and {} rad/s; finite wanted", speeds.left_radps, speeds.right_radps));
+      throw base::InvalidArgument("wheel speeds are {} and {} rad/s; finite wanted", speeds.left_radps,
+                                  speeds.right_radps);
     }
     return demand(Command{speeds});
   }

@@ -3,16 +3,14 @@
 
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
-#include <fmt/format.h>
-
+#include "base/errors.h"
 #include "drivers/sim_povray/complaints.h"
 
 namespace twocone::sim_povray {
 double wrap_angle(double angle_rad) {
   if (!std::isfinite(angle_rad)) {
-    throw std::invalid_argument(fmt::format("wrap_angle: angle_rad is {} rad, must be finite", angle_rad));
+    throw base::InvalidArgument("wrap_angle: angle_rad is {} rad, must be finite", angle_rad);
   }
   if (std::abs(angle_rad) <= std::numbers::pi) return angle_rad;
   return std::atan2(std::sin(angle_rad), std::cos(angle_rad));

@@ -117,7 +117,7 @@ Result<Ppm> take_ppm_apart(std::string_view bytes, int levels) {
 template <typename Image>
 Result<Image> as_ordered(Result<Image> image, const RenderJob& job) {
   if (!image) {
-    return Error{image.error().code, fmt::format("{}: POV-Ray's image: {}", job.label, image.error().message)};
+    return Error(image.error().code, "{}: POV-Ray's image: {}", job.label, image.error().message);
   }
   if (image->width_px != job.view_template->width_px || image->height_px != job.view_template->height_px) {
     return Error(ErrorCode::kBadData, "{}: POV-Ray's image is {} x {} pixels instead of {} x {}", job.label,
