@@ -25,8 +25,8 @@ constexpr double kTipReach = 1.0 / 6;
 
 std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const config::Robot& robot) {
   for (const runlog::RunData& run : runs) {
-    const auto same = [](const config::CameraEntry& a, const config::CameraEntry& b) {
-      return a.width_px == b.width_px && a.height_px == b.height_px;
+    const auto same = [](const auto& a, const auto& b) {
+      return a.settings.width_px == b.settings.width_px && a.settings.height_px == b.settings.height_px;
     };
     if (!same(run.robot.lower, robot.lower) || !same(run.robot.upper, robot.upper)) {
       return Error(ErrorCode::kBadData, "{} has images of another size than {} says", run.folder.string(),
@@ -147,7 +147,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                                      .priors = settings.priors,
                                      .fit_distortion = settings.fit_distortion,
                                      .fit_timing = settings.fit_timing,
-                                     .height_px = {robot.lower.height_px, robot.upper.height_px}};
+                                     .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px}};
   Report report{.runs = folders,
                 .robot = robot.file.string(),
                 .problem = problem,

@@ -26,11 +26,11 @@ std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, s
 }
 
 /// Also returns an error if the image does not have the camera's size.
-Result<cv::Mat> read_rgb(const std::filesystem::path& file, const config::CameraEntry& camera) {
+Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::CameraPart& camera) {
   auto rgb = runlog::read_rgb(file);
-  if (rgb && (rgb->cols != camera.width_px || rgb->rows != camera.height_px)) {
+  if (rgb && (rgb->cols != camera.settings.width_px || rgb->rows != camera.settings.height_px)) {
     return Error(ErrorCode::kBadData, "{} has {} x {} pixels, the robot file says {} x {}", file.string(), rgb->cols,
-                 rgb->rows, camera.width_px, camera.height_px);
+                 rgb->rows, camera.settings.width_px, camera.settings.height_px);
   }
   return rgb;
 }
@@ -89,8 +89,8 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
     const auto targets = config::to_targets(run.map);
     std::optional<vision::OutlineRanging> ranging;
     try {
-      ranging.emplace(rig, targets, cv::Size(run.robot.lower.width_px, run.robot.lower.height_px),
-                      cv::Size(run.robot.upper.width_px, run.robot.upper.height_px));
+      ranging.emplace(rig, targets, cv::Size(run.robot.lower.settings.width_px, run.robot.lower.settings.height_px),
+                      cv::Size(run.robot.upper.settings.width_px, run.robot.upper.settings.height_px));
     } catch (const std::invalid_argument& error) {
       throw config::FileError("{}: {}", run.map.file.string(), error.what());
     }
