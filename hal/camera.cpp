@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "base/errors.h"
@@ -13,13 +11,11 @@
 namespace twocone {
 
 void check(const CameraSettings& settings) {
-  std::string bad;
-  if (settings.width_px <= 0) bad += fmt::format(" width_px is {}, must be > 0;", settings.width_px);
-  if (settings.height_px <= 0) bad += fmt::format(" height_px is {}, must be > 0;", settings.height_px);
-  if (!(settings.rate_hz > 0) || !std::isfinite(settings.rate_hz)) {
-    bad += fmt::format(" rate_hz is {} Hz, must be > 0 and finite;", settings.rate_hz);
-  }
-  if (!bad.empty()) throw std::invalid_argument("CameraSettings:" + bad);
+  base::Complaints bad;
+  if (settings.width_px <= 0) bad.add("width_px is {}, must be > 0", settings.width_px);
+  if (settings.height_px <= 0) bad.add("height_px is {}, must be > 0", settings.height_px);
+  bad.positive("rate_hz", settings.rate_hz, "Hz");
+  bad.raise("CameraSettings");
 }
 
 Result<CameraSettings> Camera::configure(const CameraSettings& settings) {
@@ -77,16 +73,16 @@ Status start_camera(const std::string& name, Camera& camera, const CameraSetting
 }
 
 void check(const CameraDevice& device, std::string_view settings) {
-  std::string bad;
-  if (device.name.empty()) bad += " device is missing;";
+  base::Complaints bad;
+  if (device.name.empty()) bad.add("device is missing");
   if (!device.format.empty() && std::ranges::find(kCameraFormats, device.format) == kCameraFormats.end()) {
-    bad += fmt::format(" format is '{}', must be one of {};", device.format, fmt::join(kCameraFormats, ", "));
+    bad.add("format is '{}', must be one of {}", device.format, fmt::join(kCameraFormats, ", "));
   }
   for (const auto& [name, value] : device.controls) {
-    if (name.empty()) bad += " a control has no name;";
-    if (!std::isfinite(value)) bad += fmt::format(" control {} is {};", name, value);
+    if (name.empty()) bad.add("a control has no name");
+    if (!std::isfinite(value)) bad.add("control {} is {}", name, value);
   }
-  if (!bad.empty()) throw base::InvalidArgument("{}:{}", settings, bad);
+  bad.raise(settings);
 }
 
 }  // namespace twocone
