@@ -97,7 +97,6 @@ struct RenderChoice {
   Scene scene;       ///< without the effects that are switched off; its lines are those of the file
   SceneCalls calls;  ///< effects that this scene uses
   int quality = kFullQuality;
-  std::string why_quality{};  ///< reason for kFullQuality: `scenes/fog.pov:12: fog`; empty at kPlainQuality
   /// Why the pixels outside the mirror must be rendered too, as whole_image does: POV-Ray's result for a pixel depends
   /// on the pixels that it rendered before. Empty: they need not be.
   std::string why_whole{};

@@ -226,9 +226,9 @@ Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& s
     choice.calls = find_calls(choice.scene, access);
   }
 
-  choice.why_quality =
+  const std::string why_full =
       reason(choice.calls, {Feature::kMedia, Feature::kPhotons, Feature::kRadiosity, Feature::kSubsurface});
-  choice.quality = choice.why_quality.empty() ? kPlainQuality : kFullQuality;
+  choice.quality = why_full.empty() ? kPlainQuality : kFullQuality;
   choice.why_whole =
       reason(choice.calls, {Feature::kPhotons, Feature::kRadiosity, Feature::kSubsurface, Feature::kRandom});
   // With photons, an image of a process affects the next one (measured).

@@ -164,25 +164,15 @@ Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene
   sight.window = window_around({circle.centre, circle.radius_px + kMaskTeeth_px}, width_px, height_px);
 
   const auto mask = camera_mask(scene, camera, circle, width_px, height_px);
-  if (!mask) {
-    sight.why_no_mask = mask.error().message;
-    return std::optional(sight);
-  }
+  if (!mask) return std::optional(sight);
   // The camera statement may mean something else to POV-Ray than to this code: so the mask is tested on a small image.
   const Circle small = scaled(circle, double(small_width) / width_px);
   const auto small_mask = camera_mask(scene, camera, small, small_width, small_height);
   const ImageResult masked = small_mask
                                  ? render(scene.view_template({robot}, camera, *small_mask), small_width, small_height)
                                  : small_mask.error();
-  if (!masked && masked.error().code == ErrorCode::kRefused) {
-    sight.why_no_mask = masked.error().message;
-  } else if (!masked) {
-    return masked.error();
-  } else if (!hides_the_rest(**unmasked, **masked, small)) {
-    sight.why_no_mask = "it would not hide exactly the part of the image outside the mirror";
-  } else {
-    sight.mask = *mask;
-  }
+  if (!masked && masked.error().code != ErrorCode::kRefused) return masked.error();
+  if (masked && hides_the_rest(**unmasked, **masked, small)) sight.mask = *mask;
   return std::optional(sight);
 }
 

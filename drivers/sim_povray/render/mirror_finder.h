@@ -17,9 +17,8 @@ struct MirrorSight {
   /// Pixels that must be rendered: the circle with kRimMargin_px and kMaskTeeth_px (camera_mask.h), cut by the image.
   Window window;
   /// An object that hides from the camera, and from nothing else, the image outside that circle; placed for the camera
-  /// as the scene shows it. Empty if it cannot be placed: `why_no_mask` gives the reason.
+  /// as the scene shows it. Empty if it cannot be placed: camera_mask() refuses, or it would hide something else.
   std::string mask;
-  std::string why_no_mask;
 };
 
 /// Pixels beyond the rim that are still rendered: the rim finder and people need the rim's surroundings.
