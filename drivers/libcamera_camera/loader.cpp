@@ -5,8 +5,6 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include <fmt/format.h>
-
 #include "drivers/libcamera_camera/libcamera_camera.h"
 
 namespace twocone::libcamera_camera {

@@ -10,7 +10,6 @@
 #include <span>
 #include <utility>
 
-#include <fmt/format.h>
 #include <boost/endian/conversion.hpp>
 
 #include "base/log.h"

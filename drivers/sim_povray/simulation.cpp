@@ -7,8 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/server/server.h"

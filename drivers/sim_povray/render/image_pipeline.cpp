@@ -5,8 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "drivers/sim_povray/camera/camera_stage.h"
 
 namespace twocone::sim_povray {

@@ -7,8 +7,6 @@
 #include <system_error>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "base/log.h"
 #include "drivers/sim_povray/place.h"
 
