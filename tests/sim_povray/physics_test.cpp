@@ -95,7 +95,7 @@ TEST(Physics, WheelsThatGripDriveTheArc) {
     gripping.step();
     exact.step();
   }
-  // The errors are of second order in the step: the mean change of speed or heading within a step, as moving_robot.h
+  // The errors are of second order in the step: the mean change of speed or heading within a step, as world.h
   // states, and the turning of the arc within a step, (turn h)^2 / 24 of the distance.
   constexpr double kTolerance_m = kStep_s * kStep_s * (2 * 0.6 * 1.3) + 1.8 * (1.3 * kStep_s) * (1.3 * kStep_s);
   EXPECT_NEAR(gripping.pose(robot).x_m, exact.pose(reference).x_m, kTolerance_m);

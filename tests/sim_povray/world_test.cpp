@@ -421,7 +421,7 @@ Pose2 fine_reference(const Pose2& start, const WheelSpeeds& u, double lag_s, dou
   return p;
 }
 
-// Checks the bound that moving_robot.h states, for time constants far above, at and far below the length of the pieces.
+// Checks the bound that world.h states, for time constants far above, at and far below the length of the pieces.
 TEST(Lag, ThePathAgreesWithAFineReferenceWithinTheStatedBound) {
   const WheelSpeeds u{4, 23};
   const BodySpeeds most = body_speeds({u.left_radps * 0.043, u.right_radps * 0.043}, 0.27);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/world/moving_robot.h"
+#include "drivers/sim_povray/world/world.h"
 
 #include <algorithm>
 #include <cassert>
