@@ -9,7 +9,7 @@
 
 #include "base/child_process.h"
 #include "base/errors.h"
-#include "drivers/sim_povray/render/camera_mask.h"
+#include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 

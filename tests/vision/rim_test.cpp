@@ -81,7 +81,7 @@ cv::Mat jagged(cv::Mat image, double inner_px) {
   return image;
 }
 
-// Catches taking the end of a simulated image (drivers/sim_povray/render/camera_mask.h) for a rim that fog hides.
+// Catches taking the end of a simulated image (drivers/sim_povray/render/mirror_finder.h) for a rim that fog hides.
 TEST(FindRim, TakesNoJaggedEdgeForARim) {
   const RimCircle expected{{319.5, 239.5}, 118, 0};
   const cv::Mat fog = jagged(disc(319.5, 239.5, 118, 128, 128), 124);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/render/camera_mask.h"
+#include "drivers/sim_povray/render/mirror_finder.h"
 
 #include <algorithm>
 #include <charconv>

@@ -9,8 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/render/camera_mask.h"
-
 namespace twocone::sim_povray {
 namespace {
 

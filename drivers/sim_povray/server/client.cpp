@@ -321,9 +321,8 @@ Error not_twocone(const std::string& name) {
 Result<Message> hear(int socket, const std::string& name, SteadyTime deadline) {
   auto received = receive_message(socket, deadline);
   if (!received) {
-    return Error{received.error().code,
-                 fmt::format("the program that serves '{}': {}", name,
-                             received.error().code == ErrorCode::kTimeout ? "no answer" : received.error().message)};
+    return Error(received.error().code, "the program that serves '{}': {}", name,
+                 received.error().code == ErrorCode::kTimeout ? "no answer" : received.error().message);
   }
   if (!received->message) return not_twocone(name);
   if (const auto* failed = std::get_if<Failed>(&*received->message)) return Error{failed->code, failed->message};
