@@ -112,32 +112,28 @@ Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camer
   const bool has_angle = parts->vectors.contains("angle");
   const bool has_look_at = parts->vectors.contains("look_at");
   const std::string& p = scene.prefix();
-  std::string sdl;
-  const auto declare = [&](const char* name, const std::string& value) {
-    sdl += fmt::format("#declare {}{} = {}; ", p, name, value);
-  };
   // `+ <0,0,0>` makes a vector of a value that may be a single number.
-  declare("Location", fmt::format("{} + <0,0,0>", part("location", "<0,0,0>")));
-  declare("Direction", fmt::format("{} + <0,0,0>", part("direction", "<0,0,1>")));
-  declare("Right", fmt::format("{} + <0,0,0>", part("right", "<1.33,0,0>")));
-  declare("Up", fmt::format("{} + <0,0,0>", part("up", "<0,1,0>")));
+  std::string sdl = fmt::format(
+      "#declare {0}Location = {1} + <0,0,0>; #declare {0}Direction = {2} + <0,0,0>; "
+      "#declare {0}Right = {3} + <0,0,0>; #declare {0}Up = {4} + <0,0,0>; ",
+      p, part("location", "<0,0,0>"), part("direction", "<0,0,1>"), part("right", "<1.33,0,0>"), part("up", "<0,1,0>"));
   if (has_angle) {
-    declare("Angle", part("angle", ""));
     sdl += fmt::format(
+        "#declare {0}Angle = {1}; "
         "#if ({0}Angle > 0) #declare {0}Direction = vnormalize({0}Direction) * vlength({0}Right) / 2 / "
         "tan(radians({0}Angle / 2)); #end ",
-        p);
+        p, part("angle", ""));
   }
   if (has_look_at) {
-    declare("Hand", fmt::format("(vdot(vcross({0}Up, {0}Direction), {0}Right) > 0 ? 1 : -1)", p));
-    declare("Ahead", fmt::format("vnormalize({} + <0,0,0> - {}Location)", part("look_at", ""), p));
-    declare("Side", fmt::format("vcross({} + <0,0,0>, {}Ahead)", part("sky", "<0,1,0>"), p));
     sdl += fmt::format(
-        "#if (max(abs({0}Side.x), abs({0}Side.y), abs({0}Side.z)) < 1e-10) #declare {0}Side = {0}Right; #end ", p);
-    declare("Side", fmt::format("vnormalize({}Side)", p));
-    declare("Direction", fmt::format("{0}Ahead * vlength({0}Direction)", p));
-    declare("Up", fmt::format("vcross({0}Ahead, {0}Side) * vlength({0}Up)", p));
-    declare("Right", fmt::format("{0}Side * vlength({0}Right) * {0}Hand", p));
+        "#declare {0}Hand = (vdot(vcross({0}Up, {0}Direction), {0}Right) > 0 ? 1 : -1); "
+        "#declare {0}Ahead = vnormalize({1} + <0,0,0> - {0}Location); "
+        "#declare {0}Side = vcross({2} + <0,0,0>, {0}Ahead); "
+        "#if (max(abs({0}Side.x), abs({0}Side.y), abs({0}Side.z)) < 1e-10) #declare {0}Side = {0}Right; #end "
+        "#declare {0}Side = vnormalize({0}Side); #declare {0}Direction = {0}Ahead * vlength({0}Direction); "
+        "#declare {0}Up = vcross({0}Ahead, {0}Side) * vlength({0}Up); "
+        "#declare {0}Right = {0}Side * vlength({0}Right) * {0}Hand; ",
+        p, part("look_at", ""), part("sky", "<0,1,0>"));
   }
   return CameraVectors{std::move(sdl), parts->transformations};
 }
@@ -153,19 +149,16 @@ Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, co
 
   const std::string& p = scene.prefix();
   std::string sdl = vectors->declarations;
-  const auto declare = [&](const char* name, const std::string& value) {
-    sdl += fmt::format("#declare {}{} = {}; ", p, name, value);
-  };
   // In the pane's own coordinates, x and y are columns and rows from the circle's centre, in pixels. The pane is at 0.2
   // % of the coordinates: nearer than any object that a camera may have in front of it, and still far above the
   // rounding of POV-Ray's bounding boxes, which are single precision.
-  declare("Depth", fmt::format("0.002 * max(1, vlength({0}Location)) / vlength({0}Direction)", p));
-  declare("X", fmt::format("{0}Right * {0}Depth / {1}", p, width_px));
-  declare("Y", fmt::format("-{0}Up * {0}Depth / {1}", p, height_px));
-  declare("Z", fmt::format("vnormalize({0}Direction) * vlength({0}X)", p));
-  declare("Centre",
-          fmt::format("{0}Location + {0}Direction * {0}Depth + {0}X * ({1}) + {0}Y * ({2})", p,
-                      circle.centre.column_px + 0.5 - width_px / 2.0, circle.centre.row_px + 0.5 - height_px / 2.0));
+  sdl += fmt::format(
+      "#declare {0}Depth = 0.002 * max(1, vlength({0}Location)) / vlength({0}Direction); "
+      "#declare {0}X = {0}Right * {0}Depth / {1}; #declare {0}Y = -{0}Up * {0}Depth / {2}; "
+      "#declare {0}Z = vnormalize({0}Direction) * vlength({0}X); "
+      "#declare {0}Centre = {0}Location + {0}Direction * {0}Depth + {0}X * ({3}) + {0}Y * ({4}); ",
+      p, width_px, height_px, circle.centre.column_px + 0.5 - width_px / 2.0,
+      circle.centre.row_px + 0.5 - height_px / 2.0);
   // The outer corners lie beyond the image's.
   sdl += fmt::format("polygon {{ {0}, <-{1}, -{1}>, <{1}, -{1}>, <{1}, {1}>, <-{1}, {1}>, <-{1}, -{1}>{2} ",
                      5 + 2 * kTeeth + 1, corner_px, jagged_circle(circle.radius_px));
