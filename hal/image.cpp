@@ -188,10 +188,10 @@ Result<Image> to_rgb8(const Image& image) {
   return rgb;
 }
 
-Frame::Frame(Header header, Image image) : header_(header) {
-  std::promise<ImageResult> ready;
-  ready.set_value(std::make_shared<const Image>(std::move(image)));
-  pixels_ = ready.get_future().share();
+std::shared_future<ImageResult> ready_image(ImageResult image) {
+  std::promise<ImageResult> promise;
+  promise.set_value(std::move(image));
+  return promise.get_future().share();
 }
 
 ImageResult Frame::image(std::chrono::milliseconds timeout) const {

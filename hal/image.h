@@ -109,6 +109,9 @@ Result<Image> to_rgb8(const Image& image);
 /// The pixels, which many may read, or the reason why there are none.
 using ImageResult = Result<std::shared_ptr<const Image>>;
 
+/// Returns a future that holds the image, or the error, already.
+std::shared_future<ImageResult> ready_image(ImageResult image);
+
 /// One image of one camera. Cheap to copy: copies share the pixels.
 ///
 /// The pixels may arrive after the frame: a simulation renders in the background. On hardware they are already present.
@@ -124,7 +127,7 @@ class Frame {
 
   Frame(Header header, std::shared_future<ImageResult> pixels) : header_(header), pixels_(std::move(pixels)) {}
   /// Makes a frame whose pixels are already present.
-  Frame(Header header, Image image);
+  Frame(Header header, Image image) : Frame(header, ready_image(std::make_shared<const Image>(std::move(image)))) {}
 
   [[nodiscard]] const Header& header() const { return header_; }
 

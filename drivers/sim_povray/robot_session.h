@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <future>
 #include <string>
-#include <utility>
 
 #include "base/plane.h"
 #include "drivers/sim_povray/session_settings.h"
@@ -25,13 +24,6 @@ struct SessionState {
   double right_rad = 0;
   std::string contact;  ///< name of the touched object: "wall", "landmark red", "robot.2"; empty: nothing
 };
-
-/// Returns a future that holds the image, or the error, already.
-inline std::shared_future<ImageResult> ready_image(ImageResult image) {
-  std::promise<ImageResult> promise;
-  promise.set_value(std::move(image));
-  return promise.get_future().share();
-}
 
 /// One robot's connection to a world, which its cameras, its drive and its truth use. The world may be in this program
 /// or, over a link, in another one; both behave alike. One thread at a time.
