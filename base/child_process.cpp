@@ -105,11 +105,6 @@ struct ChildPlan {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-int milliseconds_until(SteadyTime deadline) {
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
-  return int(std::clamp<std::chrono::milliseconds::rep>(left, 0, std::numeric_limits<int>::max()));
-}
-
 SteadyTime deadline_after(std::chrono::nanoseconds timeout) {
   const auto now = std::chrono::steady_clock::now();
   return timeout > SteadyTime::max() - now ? SteadyTime::max() : now + timeout;
@@ -151,6 +146,11 @@ ChildResult::End watch(const StartedChild& child, const ChildRequest& request, S
 }
 
 }  // namespace
+
+int milliseconds_until(SteadyTime deadline) {
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
+  return int(std::clamp<std::chrono::milliseconds::rep>(left, 0, std::numeric_limits<int>::max()));
+}
 
 Process::Process(const std::function<void()>& body) {
   sigset_t all, before;
@@ -196,9 +196,8 @@ std::optional<int> Process::wait(std::chrono::milliseconds timeout) noexcept {
   if (pid_ <= 0) return std::nullopt;
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     pollfd end{end_fd_.get(), POLLIN, 0};
-    const int ready = ::poll(&end, 1, int(std::max<std::int64_t>(left.count(), 0)));
+    const int ready = ::poll(&end, 1, milliseconds_until(deadline));
     if (ready > 0) return reap(std::exchange(pid_, 0));
     if (ready == 0 || errno != EINTR) return std::nullopt;
   }

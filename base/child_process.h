@@ -17,6 +17,9 @@
 
 namespace twocone::base {
 
+/// Returns the time until then as poll() takes it: in whole milliseconds, rounded up, and 0 if it is over.
+int milliseconds_until(std::chrono::steady_clock::time_point deadline);
+
 /// A child process of this program. Every child process of the product is made here: StartedChild starts other
 /// programs; the watchdog of the wheels continues in a copy of this one.
 class Process {

@@ -13,7 +13,6 @@
 #include <array>
 #include <cerrno>
 #include <fstream>
-#include <limits>
 #include <system_error>
 #include <utility>
 
@@ -250,8 +249,7 @@ int PovrayPool::wait_ms() const {
     }
   }
   if (next == SteadyTime::max()) return -1;
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - std::chrono::steady_clock::now()).count();
-  return int(std::clamp<std::chrono::milliseconds::rep>(left, 0, std::numeric_limits<int>::max()));
+  return base::milliseconds_until(next);
 }
 
 void PovrayPool::take_images() {
