@@ -172,10 +172,7 @@ class Examination {
     if (!has_device(part.driver)) return report_deviceless(name, part.driver);
     guarded(name, [&] {
       const auto camera = openers_.camera("cameras." + name, part);
-      if (!camera) {
-        report_.add(failed_row(name, "opens", camera.error(), camera_advice(camera.error().code)));
-        return;
-      }
+      if (!camera) return report_.add(failed_row(name, "opens", camera.error(), camera_advice(camera.error().code)));
       if (rim) works_.push_back(name);
       check_camera({name, part, rim}, **camera, options_.seconds, surroundings_, report_);
     });
@@ -183,8 +180,7 @@ class Examination {
 
   void check_pair_part(const drivers::RobotSettings& settings) {
     if (works_.size() < 2) {
-      report_.add({"pair", "stream", "one of its cameras cannot be opened", kNotRun, "see the cameras' rows"});
-      return;
+      return report_.add({"pair", "stream", "one of its cameras cannot be opened", kNotRun, "see the cameras' rows"});
     }
     const OpenPair open = [&](std::chrono::nanoseconds max_skew) -> Result<StereoRig> {
       auto lower = openers_.camera("cameras.lower", settings.lower);
@@ -206,14 +202,10 @@ class Examination {
     drivers::DrivePart part = settings.drive;
     if (part.serial) part.serial->least_speed_radps = 0;
     const auto drive = openers_.drive(part);
-    if (!drive) {
-      report_.add(drive_failed("opens", drive.error()));
-      return;
-    }
+    if (!drive) return report_.add(drive_failed("opens", drive.error()));
     const DriveUnderTest test{settings.drive, 1 / settings.lower.settings.rate_hz};
     if (!check_standing_drive(test, **drive, surroundings_, report_)) {
-      report_.add({"drive", "moving tests", "the drive is not in order", kNotRun, "see the rows above"});
-      return;
+      return report_.add({"drive", "moving tests", "the drive is not in order", kNotRun, "see the rows above"});
     }
     if (ask_off_the_ground(options_.wheels_off_the_ground, surroundings_, report_) != Permission::kGiven) return;
     check_wheels(test, **drive, surroundings_, report_);

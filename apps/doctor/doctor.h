@@ -1,17 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "apps/config/robot_file.h"
 #include "apps/doctor/report.h"
-#include "apps/doctor/surroundings.h"
 #include "drivers/backends.h"
+#include "hal/clock.h"
 
 /// Examines a robot part by part, as on a bench: does each part behave as the robot file states?
 namespace twocone::doctor {
+
+/// Everything that the doctor needs besides the devices. The caller provides it, so that a test controls time and user.
+struct Surroundings {
+  const Clock& clock;
+  std::function<void(std::chrono::nanoseconds)> sleep;
+  /// Puts a question to the user, who may take minutes; no answer: nothing. Empty: there is no user.
+  std::function<std::optional<std::string>(const std::string& question)> ask{};
+  /// Called with the current work and its fraction done, 0 to 1.
+  std::function<void(const std::string& what, double share)> progress = [](const std::string&, double) {};
+  /// Set from outside: wheels and cameras are then stopped, and the report ends.
+  const std::atomic<bool>& stop;
+
+  [[nodiscard]] double now_s() const { return clock.now().seconds(); }
+};
 
 struct Options {
   double seconds = 3;                  ///< duration of a measurement, for each camera and for the pair, > 0

@@ -110,11 +110,10 @@ ImageList by_times_file(const fs::path& folder, const fs::path& times_file, Stam
     }
     const fs::path name = fs::path(entry->name).filename();
     if (!there.contains(name)) {
-      if (i + 1 == lines.size()) {
-        leave_out(fmt::format("there is no image {}", (folder / name).string()));
-        continue;
-      }
-      refuse(fmt::format("there is no image {}", (folder / name).string()));
+      const std::string why = fmt::format("there is no image {}", (folder / name).string());
+      if (i + 1 < lines.size()) refuse(why);
+      leave_out(why);
+      continue;
     }
     if (!list.images.empty() && *time <= list.images.back().time) {
       refuse(fmt::format("the time is {}, must be later than that of the image before it", entry->time));

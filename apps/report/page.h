@@ -17,7 +17,6 @@
 #include "apps/report/kit/figure.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/summary/summary.h"
-#include "apps/runlog/summary/timing.h"
 
 /// The figures, the tables and the page of a run's report, and their data. Private to apps/report.
 namespace twocone::report {

@@ -9,7 +9,6 @@
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/summary/summary.h"
-#include "apps/runlog/summary/timing.h"
 #include "hal/result.h"
 
 namespace twocone::report {

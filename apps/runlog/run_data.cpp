@@ -18,6 +18,22 @@ namespace {
 /// The time in a .tum file may be rounded to a microsecond. Frames are at least milliseconds apart.
 constexpr double kSameTime_s = 0.5e-3;
 
+/// Returns the method of the results at the top of the folder, or nothing if the run has no summary.
+std::optional<std::string> method_of(const std::filesystem::path& results) {
+  const std::filesystem::path file = results / "summary.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  const auto json = nlohmann::json::parse(config::read_text(file), nullptr, false);
+  if (!json.is_object() || !json.contains("method") || !json["method"].is_string()) return std::nullopt;
+  return std::string(config::present_name(config::NameOf::kMethod, json["method"].get<std::string>()));
+}
+
+/// Returns `folder`/`name`, or the file that has the name of an older version.
+std::filesystem::path present(const std::filesystem::path& folder, config::NameOf kind, const std::string& name) {
+  const auto old = config::old_name(kind, name);
+  if (old && !std::filesystem::exists(folder / name) && std::filesystem::exists(folder / *old)) return folder / *old;
+  return folder / name;
+}
+
 }  // namespace
 
 bool has_odometry(const RunData& run) { return !run.odometry.empty(); }
@@ -57,26 +73,6 @@ std::filesystem::path lower_image_file(const std::filesystem::path& run, std::ui
 std::filesystem::path upper_image_file(const std::filesystem::path& run, std::uint64_t frame) {
   return camera_image_file(run, "upper", frame);
 }
-
-namespace {
-
-/// Returns the method of the results at the top of the folder, or nothing if the run has no summary.
-std::optional<std::string> method_of(const std::filesystem::path& results) {
-  const std::filesystem::path file = results / "summary.json";
-  if (!std::filesystem::exists(file)) return std::nullopt;
-  const auto json = nlohmann::json::parse(config::read_text(file), nullptr, false);
-  if (!json.is_object() || !json.contains("method") || !json["method"].is_string()) return std::nullopt;
-  return std::string(config::present_name(config::NameOf::kMethod, json["method"].get<std::string>()));
-}
-
-/// Returns `folder`/`name`, or the file that has the name of an older version.
-std::filesystem::path present(const std::filesystem::path& folder, config::NameOf kind, const std::string& name) {
-  const auto old = config::old_name(kind, name);
-  if (old && !std::filesystem::exists(folder / name) && std::filesystem::exists(folder / *old)) return folder / *old;
-  return folder / name;
-}
-
-}  // namespace
 
 std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method) {
   std::filesystem::path results =

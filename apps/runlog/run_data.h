@@ -61,6 +61,12 @@ struct RunInfo {
   double render_cpu_s = 0;                    ///< processor time of its child processes: POV-Ray
   std::vector<std::string> events;            ///< events during the run, one sentence each
 };
+/// The keys of the program and of the times that a run took, in run.yaml and summary.json.
+inline constexpr std::array kProgramKeys{std::pair{"twocone", &RunInfo::version}, std::pair{"commit", &RunInfo::commit},
+                                         std::pair{"compiler", &RunInfo::compiler}};
+inline constexpr std::array kTimeKeys{
+    std::pair{"wall_s", &RunInfo::wall_s}, std::pair{"render_wait_s", &RunInfo::render_wait_s},
+    std::pair{"own_cpu_s", &RunInfo::own_cpu_s}, std::pair{"render_cpu_s", &RunInfo::render_cpu_s}};
 
 /// The content of run.yaml: info, robot and map.
 struct RunYaml {

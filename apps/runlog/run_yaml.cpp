@@ -49,71 +49,6 @@ void write_again(const fs::path& folder, const YAML::Node& node) {
   write_whole(file_of(folder), std::string(out.c_str()) + '\n');
 }
 
-}  // namespace
-
-void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::Robot& robot, const fs::path& map_file) {
-  YAML::Emitter out;
-  out.SetDoublePrecision(17);
-  out << YAML::Comment(kComment);
-  out << YAML::BeginMap;
-  const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
-  put("twocone", info.version);
-  put("commit", info.commit);
-  put("compiler", info.compiler);
-  put("behaviour", info.behaviour);
-  put("method", info.method);
-  put("seed", info.seed);
-  put("frames_wanted", info.frames_wanted);
-  if (info.truth) put("truth", true);
-  if (!info.scene_files.empty()) {
-    out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
-    for (const auto& [file, digest] : info.scene_files) {
-      out << YAML::Key << file << YAML::Value << YAML::DoubleQuoted << digest;
-    }
-    out << YAML::EndMap;
-  }
-  put("effects", info.effects);
-  if (!info.import_options.empty()) put("import_options", info.import_options);
-  if (!info.devices.empty()) put("devices", info.devices);
-  if (info.capture) {
-    out << YAML::Key << "capture" << YAML::Value << YAML::BeginMap;
-    for (const auto& [key, member] : kCaptureCounts) put(key, (*info.capture).*member);
-    out << YAML::EndMap;
-  }
-  put("finished", info.finished);
-  put("wall_s", info.wall_s);
-  put("render_wait_s", info.render_wait_s);
-  put("own_cpu_s", info.own_cpu_s);
-  put("render_cpu_s", info.render_cpu_s);
-  put("events", info.events);
-  put("robot_file", absolute_text(robot.file));
-  put("robot", config::load_robot_node(robot));
-  put("map_file", absolute_text(map_file));
-  put("map", config::load_map_node(map_file));
-  out << YAML::EndMap;
-  write_whole(file_of(folder), std::string(out.c_str()) + '\n');
-}
-
-void write_run_yaml_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to) {
-  YAML::Node node = load(file_of(from));  // all scalars keep their text
-  node["robot_file"] = absolute_text(robot_file);
-  node["robot"] = config::load_robot_node(robot_file);
-  node["events"].push_back(fmt::format("recorded in {}, evaluated with the rig and the wheels of {}",
-                                       absolute_text(from), absolute_text(robot_file)));
-  write_again(to, node);
-}
-
-void write_run_yaml_for_map(const fs::path& from, const fs::path& map_file, const std::string& event,
-                            const fs::path& to) {
-  YAML::Node node = load(file_of(from));
-  node["map_file"] = absolute_text(map_file);
-  node["map"] = config::load_map_node(map_file);
-  node["events"].push_back(event);
-  write_again(to, node);
-}
-
-namespace {
-
 /// Returns the first difference between two nodes, below `path`, or an empty text.
 std::string difference(const std::string& path, const YAML::Node& then, const YAML::Node& now) {
   const auto below = [&path](const std::string& key) { return path.empty() ? key : path + "." + key; };
@@ -147,68 +82,6 @@ std::string difference(const std::string& path, const YAML::Node& then, const YA
   return {};
 }
 
-}  // namespace
-
-std::string changed_since(const fs::path& folder) {
-  const auto file = file_of(folder);
-  const YAML::Node node = load(file);
-  config::Robot robot = config::read_robot(field<std::string>(node, "robot_file", file));
-  robot.estimator = config::parse_robot(node["robot"], file).estimator;  // may be from the command line
-  if (std::string found = difference("", node["robot"], config::load_robot_node(robot)); !found.empty()) {
-    return fmt::format("{}: {}", robot.file.string(), found);
-  }
-  const auto map_file = field<std::string>(node, "map_file", file);
-  const std::string found = difference("", node["map"], config::load_map_node(map_file));
-  return found.empty() ? "" : fmt::format("{}: {}", map_file, found);
-}
-
-RunYaml read_run_yaml(const fs::path& folder) {
-  const auto file = file_of(folder);
-  if (!fs::exists(file)) throw config::FileError("{}: no run here: there is no run.yaml", folder.string());
-  const YAML::Node node = load(file);
-  RunYaml run;
-  run.info.version = field<std::string>(node, "twocone", file);
-  run.info.commit = field<std::string>(node, "commit", file);
-  run.info.compiler = field<std::string>(node, "compiler", file);
-  run.info.behaviour = field<std::string>(node, "behaviour", file);
-  run.info.method = config::present_name(config::NameOf::kMethod, field<std::string>(node, "method", file));
-  run.info.seed = field<std::uint64_t>(node, "seed", file);
-  run.info.frames_wanted = field<int>(node, "frames_wanted", file);
-  if (node["truth"]) run.info.truth = field<bool>(node, "truth", file);
-  // Runs on hardware and runs of older versions lack this key.
-  if (node["scene_files"]) {
-    for (const auto& entry : node["scene_files"]) {
-      run.info.scene_files[entry.first.as<std::string>()] = entry.second.as<std::string>("");
-    }
-  }
-  // Runs of versions without effects lack this key.
-  if (node["effects"]) run.info.effects = field<std::vector<std::string>>(node, "effects", file);
-  if (node["import_options"]) {
-    run.info.import_options = field<std::vector<std::string>>(node, "import_options", file);
-  }
-  // Simulated runs have neither of these keys.
-  if (node["devices"]) run.info.devices = field<std::vector<std::string>>(node, "devices", file);
-  if (node["capture"]) {
-    CaptureCounts& counts = run.info.capture.emplace();
-    for (const auto& [key, member] : kCaptureCounts) {
-      counts.*member = field<std::uint64_t>(node["capture"], key, file);
-    }
-  }
-  run.info.finished = field<bool>(node, "finished", file);
-  run.info.wall_s = field<double>(node, "wall_s", file);
-  run.info.render_wait_s = field<double>(node, "render_wait_s", file);
-  run.info.own_cpu_s = field<double>(node, "own_cpu_s", file);
-  run.info.render_cpu_s = field<double>(node, "render_cpu_s", file);
-  run.info.events = field<std::vector<std::string>>(node, "events", file);
-  run.robot = config::parse_robot(node["robot"], file);
-  run.robot.file = field<std::string>(node, "robot_file", file);
-  run.map = config::parse_map(node["map"], file);
-  run.map.file = field<std::string>(node, "map_file", file);
-  return run;
-}
-
-namespace {
-
 std::string digest_of(std::string_view bytes) { return fmt::format("{:016x}", base::fnv1a(bytes)); }
 
 /// Returns the texts between quotation marks that may be names of files. Those in comments do no harm. A single
@@ -241,6 +114,115 @@ void add(const fs::path& path, const std::vector<fs::path>& folders, FileDigests
 }
 
 }  // namespace
+
+void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::Robot& robot, const fs::path& map_file) {
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::Comment(kComment);
+  out << YAML::BeginMap;
+  const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
+  for (const auto& [key, member] : kProgramKeys) put(key, info.*member);
+  put("behaviour", info.behaviour);
+  put("method", info.method);
+  put("seed", info.seed);
+  put("frames_wanted", info.frames_wanted);
+  if (info.truth) put("truth", true);
+  if (!info.scene_files.empty()) {
+    out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
+    for (const auto& [file, digest] : info.scene_files) {
+      out << YAML::Key << file << YAML::Value << YAML::DoubleQuoted << digest;
+    }
+    out << YAML::EndMap;
+  }
+  put("effects", info.effects);
+  if (!info.import_options.empty()) put("import_options", info.import_options);
+  if (!info.devices.empty()) put("devices", info.devices);
+  if (info.capture) {
+    out << YAML::Key << "capture" << YAML::Value << YAML::BeginMap;
+    for (const auto& [key, member] : kCaptureCounts) put(key, (*info.capture).*member);
+    out << YAML::EndMap;
+  }
+  put("finished", info.finished);
+  for (const auto& [key, member] : kTimeKeys) put(key, info.*member);
+  put("events", info.events);
+  put("robot_file", absolute_text(robot.file));
+  put("robot", config::load_robot_node(robot));
+  put("map_file", absolute_text(map_file));
+  put("map", config::load_map_node(map_file));
+  out << YAML::EndMap;
+  write_whole(file_of(folder), std::string(out.c_str()) + '\n');
+}
+
+void write_run_yaml_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to) {
+  YAML::Node node = load(file_of(from));  // all scalars keep their text
+  node["robot_file"] = absolute_text(robot_file);
+  node["robot"] = config::load_robot_node(robot_file);
+  node["events"].push_back(fmt::format("recorded in {}, evaluated with the rig and the wheels of {}",
+                                       absolute_text(from), absolute_text(robot_file)));
+  write_again(to, node);
+}
+
+void write_run_yaml_for_map(const fs::path& from, const fs::path& map_file, const std::string& event,
+                            const fs::path& to) {
+  YAML::Node node = load(file_of(from));
+  node["map_file"] = absolute_text(map_file);
+  node["map"] = config::load_map_node(map_file);
+  node["events"].push_back(event);
+  write_again(to, node);
+}
+
+std::string changed_since(const fs::path& folder) {
+  const auto file = file_of(folder);
+  const YAML::Node node = load(file);
+  config::Robot robot = config::read_robot(field<std::string>(node, "robot_file", file));
+  robot.estimator = config::parse_robot(node["robot"], file).estimator;  // may be from the command line
+  if (std::string found = difference("", node["robot"], config::load_robot_node(robot)); !found.empty()) {
+    return fmt::format("{}: {}", robot.file.string(), found);
+  }
+  const auto map_file = field<std::string>(node, "map_file", file);
+  const std::string found = difference("", node["map"], config::load_map_node(map_file));
+  return found.empty() ? "" : fmt::format("{}: {}", map_file, found);
+}
+
+RunYaml read_run_yaml(const fs::path& folder) {
+  const auto file = file_of(folder);
+  if (!fs::exists(file)) throw config::FileError("{}: no run here: there is no run.yaml", folder.string());
+  const YAML::Node node = load(file);
+  RunYaml run;
+  for (const auto& [key, member] : kProgramKeys) run.info.*member = field<std::string>(node, key, file);
+  run.info.behaviour = field<std::string>(node, "behaviour", file);
+  run.info.method = config::present_name(config::NameOf::kMethod, field<std::string>(node, "method", file));
+  run.info.seed = field<std::uint64_t>(node, "seed", file);
+  run.info.frames_wanted = field<int>(node, "frames_wanted", file);
+  if (node["truth"]) run.info.truth = field<bool>(node, "truth", file);
+  // Runs on hardware and runs of older versions lack this key.
+  if (node["scene_files"]) {
+    for (const auto& entry : node["scene_files"]) {
+      run.info.scene_files[entry.first.as<std::string>()] = entry.second.as<std::string>("");
+    }
+  }
+  // Runs of versions without effects lack this key.
+  if (node["effects"]) run.info.effects = field<std::vector<std::string>>(node, "effects", file);
+  if (node["import_options"]) {
+    run.info.import_options = field<std::vector<std::string>>(node, "import_options", file);
+  }
+  // Simulated runs have neither of these keys.
+  if (node["devices"]) run.info.devices = field<std::vector<std::string>>(node, "devices", file);
+  if (node["capture"]) {
+    CaptureCounts& counts = run.info.capture.emplace();
+    for (const auto& [key, member] : kCaptureCounts) {
+      counts.*member = field<std::uint64_t>(node["capture"], key, file);
+    }
+  }
+  run.info.finished = field<bool>(node, "finished", file);
+  for (const auto& [key, member] : kTimeKeys) run.info.*member = field<double>(node, key, file);
+  run.info.events = field<std::vector<std::string>>(node, "events", file);
+  run.robot = config::parse_robot(node["robot"], file);
+  run.robot.file = field<std::string>(node, "robot_file", file);
+  run.map = config::parse_map(node["map"], file);
+  run.map.file = field<std::string>(node, "map_file", file);
+  return run;
+}
 
 FileDigests scene_files(const config::Map& map) {
   std::vector<fs::path> folders = map.scene_paths;

@@ -12,7 +12,7 @@
 #include "apps/estimation/track.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
-#include "apps/runlog/summary/timing.h"
+#include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/odometry.h"
 

@@ -7,7 +7,6 @@
 #include <optional>
 #include <ranges>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -20,7 +19,6 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/version.h"
-#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 

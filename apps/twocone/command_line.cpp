@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/twocone/command_line.h"
+#include "apps/twocone/commands.h"
 
 #include <algorithm>
 #include <charconv>
@@ -14,7 +14,6 @@
 
 #include "apps/config/yaml/names.h"
 #include "apps/estimation/method.h"
-#include "apps/twocone/commands.h"
 #include "base/log.h"
 
 namespace twocone::cli {

@@ -6,15 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "apps/config/yaml/text_file.h"
 #include "apps/twocone/terminal.h"
 #include "base/errors.h"
 #include "hal/result.h"
 
-/// The subcommands. Each function adds a subcommand with its options to the program. The callback runs it.
+/// The subcommands, and what they share.
 namespace twocone::cli {
 
 /// A subcommand failed. The message has one or more lines for the user. main() prints them and exits with 1.
@@ -58,6 +56,47 @@ inline void refuse_overwriting(const std::vector<std::filesystem::path>& files) 
     if (std::filesystem::exists(file)) throw CommandFailed("{} exists: --force replaces it", file.string());
   }
 }
+
+// ---- parts of the command line that CLI11 lacks or explains less clearly
+
+/// Prints help whose usage line shows optional words in brackets: RUN [RUN].
+class HelpFormatter final : public CLI::Formatter {
+ public:
+  std::string make_option_usage(const CLI::Option* option) const override;
+};
+
+/// Returns one line about a call that CLI11 rejected: the fault, the option that was probably meant, and the command
+/// whose --help explains it.
+/// @param program after its parse() has thrown `error`
+[[nodiscard]] std::string explain(const CLI::App& program, const CLI::ParseError& error);
+
+/// Returns the subcommand of that name. @throws BadUsage with one line that names the one that was probably meant and
+/// all existing ones
+[[nodiscard]] const CLI::App& subcommand_named(const CLI::App& program, const std::string& name);
+
+/// Adds the subcommand help [COMMAND], which prints what COMMAND --help prints.
+void add_help(CLI::App& program);
+
+/// Adds the option --log-level to the subcommands that open devices or take long. They must be there already.
+void add_log_level(CLI::App& program);
+
+/// Adds an option with a check. --help shows its default value.
+template <typename Value>
+CLI::Option* add_checked(CLI::App* command, const std::string& name, Value& value, const std::string& text,
+                         const CLI::Validator& check) {
+  return command->add_option(name, value, text)->check(check)->capture_default_str();
+}
+
+/// Accepts whole numbers from 0 to 2^64 - 1, in digits. Without this check, -1 would be read as 2^64 - 1.
+[[nodiscard]] CLI::Validator whole_number();
+
+/// Accepts numbers from `least` to `greatest`. Unlike CLI::Range it rejects nan.
+[[nodiscard]] CLI::Validator number_within(double least, double greatest);
+
+/// Accepts names of methods of ranging and localisation. An old name is rejected with the present one.
+[[nodiscard]] CLI::Validator is_method();
+
+// ---- the subcommands. Each function adds one with its options to the program. The callback runs it
 
 void add_run(CLI::App& program);
 void add_localise(CLI::App& program);

@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/runlog/version.h"
-#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 

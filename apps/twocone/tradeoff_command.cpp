@@ -16,7 +16,6 @@
 #include "apps/tradeoff/plan.h"
 #include "apps/tradeoff/run_shards.h"
 #include "apps/tradeoff/shard.h"
-#include "apps/twocone/command_line.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/doctor/doctor.h"
 #include "apps/doctor/report.h"
-#include "apps/doctor/surroundings.h"
 #include "hal/camera.h"
 #include "hal/clock.h"
 #include "hal/diff_drive.h"

@@ -12,7 +12,7 @@
 #include "apps/config/yaml/names.h"
 #include "apps/estimation/method.h"
 #include "apps/runlog/run_data.h"
-#include "apps/runlog/summary/timing.h"
+#include "apps/runlog/summary/summary.h"
 #include "apps/tradeoff/shard.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tradeoff/lab.h"

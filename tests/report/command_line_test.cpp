@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/twocone/command_line.h"
+#include "apps/twocone/commands.h"
 
 #include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
 namespace twocone::cli {

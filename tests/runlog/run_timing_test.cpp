@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the time and work of answers, from an answer to timing.csv and its statistics, and the settings kept in
 // run.yaml.
-#include "apps/runlog/summary/timing.h"
+#include "apps/runlog/summary/summary.h"
 
 #include <limits>
 #include <stdexcept>

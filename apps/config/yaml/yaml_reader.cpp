@@ -238,10 +238,9 @@ bool Section::number(std::string_view key, const Quantity& quantity, double& val
 
 bool Section::number(std::string_view key, const Quantity& quantity, std::optional<double>& value) {
   double number = 0;
-  if (!has(key)) return true;
-  if (!this->number(key, quantity, number)) return false;
-  value = number;
-  return true;
+  const bool good = this->number(key, quantity, number, Need::kOptional);
+  if (good && has(key)) value = number;
+  return good;
 }
 
 bool Section::whole(std::string_view key, const Quantity& quantity, int& value, Need need) {
@@ -257,10 +256,9 @@ bool Section::whole(std::string_view key, const Quantity& quantity, int& value, 
 
 bool Section::whole(std::string_view key, const Quantity& quantity, std::optional<int>& value) {
   int number = 0;
-  if (!has(key)) return true;
-  if (!whole(key, quantity, number)) return false;
-  value = number;
-  return true;
+  const bool good = whole(key, quantity, number, Need::kOptional);
+  if (good && has(key)) value = number;
+  return good;
 }
 
 bool Section::text(std::string_view key, std::string_view what, std::string& value, Need need) {

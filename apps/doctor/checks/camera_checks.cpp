@@ -178,14 +178,12 @@ Row judge_format(const drivers::CameraPart& asked, const CameraFacts& applied) {
   return row;
 }
 
-/// Returns a row for each control that the robot file sets.
-std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>>& asked,
-                                const std::vector<std::pair<std::string, double>>& applied) {
-  std::vector<Row> rows;
-  for (const auto& [name, want] : asked) {
-    const auto got = std::find_if(applied.begin(), applied.end(), [&n = name](const auto& c) { return c.first == n; });
-    Row row{"", "control", ""};
-    if (got == applied.end()) {
+/// Adds a row for each control that the robot file sets.
+void check_controls(const CameraUnderTest& test, const CameraFacts& facts, Report& report) {
+  for (const auto& [name, want] : test.asked.device.controls) {
+    const auto got = std::ranges::find(facts.controls, name, &std::pair<std::string, double>::first);
+    Row row{test.name, "control", ""};
+    if (got == facts.controls.end()) {
       row.measured = fmt::format("{}: requested {:g}, not reported back", name, want);
       row.judge(kWarning, "check whether the image follows it");
     } else {
@@ -195,16 +193,8 @@ std::vector<Row> judge_controls(const std::vector<std::pair<std::string, double>
                   fmt::format("{}: {:g}; v4l2-ctl --list-ctrls lists the possible values", name, got->second));
       }
     }
-    rows.push_back(std::move(row));
+    report.add(std::move(row));
   }
-  return rows;
-}
-
-/// Returns rate, jitter, lost frames and age. @param stream with frames
-std::vector<Row> judge_stream(const Footage& stream, const CameraSettings& asked) {
-  return {judge_rate(base::quantile(stream.periods_s, 0.5), asked.rate_hz),
-          judge_jitter(stream.neighbours_s, asked.rate_hz), judge_losses(stream),
-          judge_age(stream.ages_s, asked.rate_hz)};
 }
 
 }  // namespace
@@ -246,13 +236,17 @@ void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, c
   if (const auto applied = camera.configure(test.asked.settings); !applied) return failed("format", applied.error());
   const CameraFacts facts = camera.facts();
   report.add(test.name, judge_format(test.asked, facts));
-  for (const Row& row : judge_controls(test.asked.device.controls, facts.controls)) report.add(test.name, row);
+  check_controls(test, facts, report);
   if (const auto started = camera.start(); !started) return failed("stream", started.error());
 
   const Footage stream = take_stream(camera, seconds, fmt::format("camera {}", test.name), surroundings);
   if (stream.ended_by) failed("stream", *stream.ended_by);
   if (!stream.periods_s.empty()) {
-    for (const Row& row : judge_stream(stream, test.asked.settings)) report.add(test.name, row);
+    const double asked_hz = test.asked.settings.rate_hz;
+    report.add(test.name, judge_rate(base::quantile(stream.periods_s, 0.5), asked_hz));
+    report.add(test.name, judge_jitter(stream.neighbours_s, asked_hz));
+    report.add(test.name, judge_losses(stream));
+    report.add(test.name, judge_age(stream.ages_s, asked_hz));
   } else if (!stream.ended_by) {
     report.add({test.name, "stream", "too few frames were received", kFailed, camera_advice(ErrorCode::kTimeout)});
   }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <optional>
 #include <string>
@@ -10,8 +11,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "apps/doctor/doctor.h"
 #include "apps/doctor/report.h"
-#include "apps/doctor/surroundings.h"
 #include "drivers/backends.h"
 #include "hal/camera.h"
 #include "hal/diff_drive.h"
@@ -20,6 +21,36 @@
 #include "vision/rim.h"
 
 namespace twocone::doctor {
+
+// ---- time, and the end from outside
+
+/// Thrown by a check that was stopped from outside.
+class Interrupted : public std::exception {
+ public:
+  [[nodiscard]] const char* what() const noexcept override { return "stopped from outside"; }
+};
+
+inline double seconds_of(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+inline std::chrono::nanoseconds nanoseconds_of(double seconds) {
+  return std::chrono::nanoseconds(std::int64_t(1e9 * seconds));
+}
+
+/// Stops a device at the end of a block, however it ends.
+template <typename Device>
+class Stopping {
+ public:
+  explicit Stopping(Device& device) : device_(device) {}
+  ~Stopping() { static_cast<void>(device_.stop()); }
+  Stopping(const Stopping&) = delete;
+  Stopping& operator=(const Stopping&) = delete;
+
+ private:
+  Device& device_;
+};
+
+inline void end_if_asked(const Surroundings& surroundings) {
+  if (surroundings.stop) throw Interrupted();
+}
 
 // ---- frames
 

@@ -233,8 +233,7 @@ Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings,
 void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report) {
   WheelBench bench(drive, drive.facts().counts_per_turn, surroundings);
   if (!test_turning(test, bench, surroundings, report)) {
-    report.add({kDrivePart, "stop time", "the wheels do not obey yet", kNotRun, "see the wheels' rows"});
-    return;
+    return report.add({kDrivePart, "stop time", "the wheels do not obey yet", kNotRun, "see the wheels' rows"});
   }
   test_least_speed(test, bench, surroundings, report);
   test_counts_per_turn(test, bench, drive.facts().counts_per_turn, surroundings, report);

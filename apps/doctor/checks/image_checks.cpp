@@ -2,16 +2,13 @@
 #include "apps/doctor/checks/checks.h"
 
 #include <cmath>
-#include <cstdint>
 #include <numbers>
-#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/estimation/image_as_mat.h"
 #include "base/quantile.h"
-#include "vision/rim.h"
 
 namespace twocone::doctor {
 namespace {

@@ -139,10 +139,7 @@ void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds,
   if (went_away) failed(*pairs->ended_by);
   for (Row& row : judge_pairs(*pairs, test)) report.add(std::move(row));
   if (went_away) return;
-  if (unpaired_share(*pairs) <= kFewUnpaired) {
-    report.add(judge_skew(*pairs, test));
-    return;
-  }
+  if (unpaired_share(*pairs) <= kFewUnpaired) return report.add(judge_skew(*pairs, test));
   const nanoseconds any = nanoseconds_of(kAnyPartner * period_s(test));
   auto wide = try_pair(test, std::max(any, test.max_skew), open, seconds, surroundings);
   if (!wide) return failed(wide.error());

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "apps/doctor/checks/checks.h"
-#include "apps/doctor/surroundings.h"
 #include "hal/diff_drive.h"
 
 namespace twocone::doctor {

@@ -286,16 +286,11 @@ Summary summarise(const RunData& run) {
 
 std::string to_json(const Summary& summary, const RunInfo& info) {
   nlohmann::ordered_json json;
-  json["twocone"] = info.version;
-  json["commit"] = info.commit;
-  json["compiler"] = info.compiler;
+  for (const auto& [key, member] : kProgramKeys) json[key] = info.*member;
   json["seed"] = info.seed;
   json["behaviour"] = info.behaviour;
   json["finished"] = info.finished;
-  json["wall_s"] = info.wall_s;
-  json["render_wait_s"] = info.render_wait_s;
-  json["own_cpu_s"] = info.own_cpu_s;
-  json["render_cpu_s"] = info.render_cpu_s;
+  for (const auto& [key, member] : kTimeKeys) json[key] = info.*member;
   json["method"] = summary.method;
   json["frames"] = summary.frames;
   json["duration_s"] = summary.duration_s;

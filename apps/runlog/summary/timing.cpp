@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/runlog/summary/timing.h"
+#include "apps/runlog/summary/summary.h"
 
 #include <algorithm>
 #include <functional>

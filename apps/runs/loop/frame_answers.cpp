@@ -2,7 +2,7 @@
 #include "apps/runs/loop/frame_answers.h"
 
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/summary/timing.h"
+#include "apps/runlog/summary/summary.h"
 
 namespace twocone::runs {
 

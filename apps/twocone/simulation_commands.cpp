@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -15,9 +16,12 @@
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"
+#include "drivers/sim_povray/simulation_host.h"
 
 namespace twocone::cli {
 namespace {
+
+// ---- effects
 
 struct EffectsArguments {
   std::filesystem::path robot;
@@ -113,6 +117,31 @@ void effects_with(const EffectsArguments& options) {
   check_verification(results);
 }
 
+// ---- serve
+
+struct ServeArguments {
+  std::filesystem::path map;
+  std::string name;
+};
+
+/// Returns lab for scenes/lab.map.yaml.
+std::string map_name(const std::filesystem::path& map) {
+  const std::string file = map.filename().string();
+  return file.substr(0, file.find('.'));
+}
+
+void serve_with(const ServeArguments& options) {
+  const sim_povray::PlaceSettings place = config::to_place(config::read_map(options.map));
+
+  // After a signal every robot's wheels stop and the name becomes free.
+  const std::atomic<bool>& stop = stop_on_signals();
+
+  const Status served = sim_povray::serve_world(
+      place, options.name.empty() ? map_name(options.map) : options.name, [](const std::string& line) { say(line); },
+      stop);
+  if (!served) throw CommandFailed(served.error().message);
+}
+
 }  // namespace
 
 void add_effects(CLI::App& program) {
@@ -123,6 +152,15 @@ void add_effects(CLI::App& program) {
   command->add_flag("--verify", options->verify,
                     "Render the first image with everything on and as chosen; compare pixels and time");
   command->callback([options] { effects_with(*options); });
+}
+
+void add_serve(CLI::App& program) {
+  auto options = std::make_shared<ServeArguments>();
+  CLI::App* command =
+      program.add_subcommand("serve", "Run a simulated world for several robots or programs, until it is interrupted");
+  command->add_option("--scene", options->map, "Map file of the place (scenes/lab.map.yaml)")->required();
+  command->add_option("--name", options->name, "Name for `attach:` of robot files (default: the map file's name)");
+  command->callback([options] { serve_with(*options); });
 }
 
 }  // namespace twocone::cli

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/import/import_run.h"
+#include "apps/report/report.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/locked_folder.h"
+#include "apps/runs/run.h"
+#include "apps/twocone/commands.h"
+#include "apps/twocone/terminal.h"
+
+namespace twocone::cli {
+namespace {
+
+// ---- run
+
+struct RunArguments {
+  std::filesystem::path robot;
+  std::filesystem::path resume;  ///< run folder; empty: a new run
+  std::string method;            ///< empty: the robot file's
+  std::optional<double> budget_ms;
+  runs::RunOptions run;
+  double patience_s = std::chrono::duration<double>(run.patience).count();
+};
+
+/// Returns runs/NAME-BEHAVIOUR-seedN, with -2, -3 ... appended if that exists.
+std::filesystem::path free_folder(const std::string& robot, const runs::RunOptions& run) {
+  const std::string name = fmt::format("runs/{}-{}-seed{}", robot, run.behaviour, run.seed);
+  std::filesystem::path folder = name;
+  for (int i = 2; std::filesystem::exists(folder); ++i) folder = fmt::format("{}-{}", name, i);
+  return folder;
+}
+
+config::Robot with_budget(config::Robot robot, const RunArguments& options) {
+  try {
+    return estimation::with_budget(std::move(robot), options.run.method, *options.budget_ms / 1000);
+  } catch (const std::invalid_argument& error) {
+    throw BadUsage("--budget-ms: {}", error.what());
+  }
+}
+
+/// Returns what an interrupted run has stored, and the command that continues it.
+std::string next_step(const runs::RunOptions& run) {
+  if (!std::filesystem::exists(run.out / "run.yaml")) {
+    return "interrupted before its first frame: no run folder is left; next: the same command again";
+  }
+  const std::string folder = run.out.string();
+  const runlog::RunData data = runlog::read_run(run.out, "", runlog::Tables::kFrames);
+  return fmt::format("interrupted: {} of {} frames are in {}; next: twocone {} {}", data.frames.size(),
+                     data.info.frames_wanted, folder,
+                     runs::why_not_resumed(run.out).empty() ? "run --resume" : "report", folder);
+}
+
+void run_with(RunArguments options) {
+  config::Robot robot;
+  if (options.resume.empty()) {
+    robot = config::read_robot(options.robot);
+    options.run.method =
+        options.method.empty() ? estimation::method_of(robot) : estimation::method_named(options.method);
+    if (options.budget_ms) robot = with_budget(std::move(robot), options);
+    if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
+  } else {
+    const runlog::RunYaml before = runlog::read_run_yaml(options.resume);
+    robot = before.robot;
+    options.run.frames = before.info.frames_wanted;
+    options.run.out = options.resume;
+  }
+
+  // After a signal, the present frame is completed and the wheels stop.
+  const std::atomic<bool>& stop = stop_on_signals();
+
+  {
+    ProgressBar bar(fmt::format("{} frames", options.run.frames));
+    options.run.notify = [&bar](const std::string& event) { bar.say(event); };
+    options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
+    const auto progress = [&bar](double done) { bar.show(done); };
+    const auto driven = options.resume.empty()
+                            ? runs::run(robot, config::read_map(robot.map), options.run, progress, stop)
+                            : runs::resume(options.run.out, options.run, progress, stop);
+    if (!driven && stop) throw Interrupted(next_step(options.run));
+    value_or_fail(driven);
+  }
+  const runlog::RunData data = runlog::read_run(options.run.out);
+  std::vector<std::string> notes;
+  fmt::print("{}", report::table_of(data, notes));
+  for (const std::string& note : notes) say(fmt::format("note: {}", note));
+  fmt::print("\nrun folder  {}\n", options.run.out.string());
+}
+
+// ---- localise
+
+struct LocaliseArguments {
+  std::filesystem::path folder;
+  std::filesystem::path robot;
+  std::filesystem::path out;
+  std::string method;  ///< empty: the run's
+  bool allow_missing = false;
+  bool replace = false;
+};
+
+/// Returns the method of --method, or of the other robot's file, or of the run.
+estimation::Method method_of(const LocaliseArguments& options) {
+  if (!options.method.empty()) return estimation::method_named(options.method);
+  if (!options.robot.empty()) {
+    const config::Robot robot = config::read_robot(options.robot);
+    if (!robot.estimator.method.empty()) return estimation::method_named(robot.estimator.method);
+  }
+  return estimation::method_named(runlog::read_run_yaml(options.folder).info.method);
+}
+
+runlog::RunData localise(const LocaliseArguments& options, estimation::Method method,
+                         const std::filesystem::path& folder) {
+  const std::atomic<bool>& stop = stop_on_signals();
+  ProgressBar bar("localise");
+  const runs::LocaliseOptions how{.allow_missing = options.allow_missing, .stop = &stop};
+  return value_or_interrupted(
+      runs::localise(
+          folder, method, [&bar](double done) { bar.show(done); }, how),
+      fmt::format("interrupted: {} is as it was; next: the same command again", options.folder.string()));
+}
+
+/// Localises the run's images with another robot's file. After a failure no folder is left that would block a retry.
+runlog::RunData localise_copy(const LocaliseArguments& options, estimation::Method method) {
+  runs::copy_run_for_robot(options.folder, options.robot, options.out, options.replace);
+  try {
+    return localise(options, method, options.out);
+  } catch (...) {
+    runlog::remove_run(options.out);
+    throw;
+  }
+}
+
+void localise_with(const LocaliseArguments& options) {
+  if (options.replace && options.out.empty()) throw BadUsage("--force needs --out: the run that it replaces");
+  const estimation::Method method = method_of(options);
+  const runlog::RunData data =
+      options.robot.empty() ? localise(options, method, options.folder) : localise_copy(options, method);
+  std::vector<std::string> notes;
+  fmt::print("{}", report::table_of(data, notes));
+  for (const std::string& note : notes) say(fmt::format("note: {}", note));
+}
+
+// ---- report
+
+void report_with(const std::filesystem::path& folder) {
+  (void)runlog::read_run_yaml(folder);  // without a run there is no lock
+  // If another program writes the run, its present state is read, and that program writes the summary.
+  const auto lock = runlog::RunLock::try_take(folder);
+  const runlog::RunData data = runlog::read_run(folder);
+  if (lock) runlog::write_summary(data);
+  std::vector<std::string> notes;  // not printed, because write_report returns the same notes
+  fmt::print("{}", report::table_of(data, notes));
+  std::fflush(stdout);
+  ProgressBar bar("report");
+  report::ReportSettings settings;
+  settings.progress = [&bar](double done) { bar.show(done); };
+  const report::ReportResult result = value_or_fail(report::write_report(data, settings));
+  bar.remove();
+  for (const std::string& note : result.notes) say(fmt::format("note: {}", note));
+  fmt::print("\nreport  {}\n", result.html.string());
+}
+
+// ---- import
+
+struct ImportArguments {
+  importer::Recording recording;
+  std::filesystem::path out;
+  std::optional<double> max_skew_ms;
+};
+
+void import_with(ImportArguments options) {
+  if (options.max_skew_ms) options.recording.max_skew_s = *options.max_skew_ms / 1e3;
+  ProgressBar bar("import");
+  const importer::Imported imported =
+      importer::import_run(options.recording, options.out, [&bar](double done) { bar.show(done); });
+  bar.remove();
+  for (const std::string& event : imported.events) say(event);
+  say(fmt::format("{} frames are in {}; next: twocone localise {}", imported.frames, options.out.string(),
+                  options.out.string()));
+}
+
+}  // namespace
+
+void add_run(CLI::App& program) {
+  auto options = std::make_shared<RunArguments>();
+  CLI::App* command =
+      program.add_subcommand("run", "Drive a robot, range its landmarks, find its position; write a run folder");
+  auto* robot = command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)");
+  auto* resume = command->add_option("--resume", options->resume,
+                                     "Run folder of a simulated run that was interrupted or killed: continue it with\n"
+                                     "the same settings; takes no other option but --log-level");
+  add_checked(command, "--frames", options->run.frames, "Stereo frames to take", CLI::Range(1, 100'000'000));
+  add_checked(command, "--behaviour", options->run.behaviour, "How to drive: wander, waypoints or still",
+              CLI::IsMember({"wander", "waypoints", "still"}));
+  command
+      ->add_option("--method", options->method,
+                   fmt::format("How to range and localise (default: from the robot file, else {})",
+                               estimation::to_string(estimation::kDefaultMethod)))
+      ->check(is_method());
+  command->add_option(
+      "--budget-ms", options->budget_ms,
+      "Milliseconds for vision and localisation of each frame: method outline refines no longer than that");
+  add_checked(command, "--seed", options->run.seed, "Seed of all random numbers of the run", whole_number());
+  command->add_option("--out", options->run.out, "Run folder to make (default: runs/ROBOT-BEHAVIOUR-seedN)");
+  add_checked(command, "--patience", options->patience_s,
+              "Seconds to wait for a device that fails, with the wheels stopped (real robots)",
+              number_within(0, 86'400));
+  command->add_flag("--truth", options->run.truth,
+                    "Also write the true content of each mirror pixel (simulation; 6 renderings per frame)");
+  command->add_flag("--force", options->run.replace, "Replace the run that is in --out");
+  for (CLI::Option* const other : command->get_options()) {
+    if (other != resume && other->get_name() != "--help") resume->excludes(other);
+  }
+  command->callback([options, robot, resume] {
+    if (robot->count() + resume->count() == 0) throw BadUsage("run: --robot is required, or --resume");
+    run_with(*options);
+  });
+}
+
+void add_localise(CLI::App& program) {
+  auto options = std::make_shared<LocaliseArguments>();
+  CLI::App* command = program.add_subcommand("localise", "Repeat ranges and fixes offline, from a run's stored frames");
+  command->add_option("DIR", options->folder, "Run folder")->required();
+  command
+      ->add_option("--method", options->method, "How to range and localise (default: as the run, or as --robot says)")
+      ->check(is_method());
+  auto* robot =
+      command->add_option("--robot", options->robot,
+                          "Robot file whose rig, wheels and estimator to use, such as one from calibrate; needs --out");
+  auto* out = command->add_option("--out", options->out, "Run folder to make for the results, with the same images");
+  command->add_flag("--allow-missing", options->allow_missing,
+                    "Leave frames that have lost an image without an answer (verdict no_image)");
+  command->add_flag("--force", options->replace, "Replace the run that is in --out");
+  robot->needs(out);
+  out->needs(robot);
+  command->callback([options] { localise_with(*options); });
+}
+
+void add_report(CLI::App& program) {
+  auto folder = std::make_shared<std::filesystem::path>();
+  CLI::App* command = program.add_subcommand("report", "Tables and figures of a run, as one page: DIR/report.html");
+  command->add_option("DIR", *folder, "Run folder, also of a run that was cut off")->required();
+  command->callback([folder] { report_with(*folder); });
+}
+
+void add_import(CLI::App& program) {
+  auto options = std::make_shared<ImportArguments>();
+  importer::Recording& recording = options->recording;
+  std::map<std::string, importer::StampUnit> units;
+  for (const importer::NamedUnit& named : importer::kNamedUnits) units.emplace(named.name, named.unit);
+  CLI::App* command = program.add_subcommand("import", "Make a run folder from a recording of another program");
+  command->add_option("--robot", recording.robot_file, "Robot file of the recorded robot")->required();
+  command->add_option("--lower", recording.lower, "Folder of the lower camera's images, PNG or JPEG")->required();
+  command->add_option("--upper", recording.upper, "Folder of the upper camera's images")->required();
+  command->add_option("--out", options->out, "Run folder to make")->required();
+  command->add_option("--lower-times", recording.lower_times,
+                      "Lines TIME NAME or TIME,NAME of the lower images; default: their names are the times");
+  command->add_option("--upper-times", recording.upper_times, "The same for the upper images");
+  command
+      ->add_option_function<std::string>(
+          "--times-in", [options, units](const std::string& unit) { options->recording.unit = units.at(unit); },
+          "Unit of the images' times: s, ms, us or ns; default: seconds if they have a decimal point, "
+          "nanoseconds if they have 19 digits")
+      ->check(CLI::IsMember(units));
+  command->add_option("--trajectory", recording.trajectory,
+                      "TUM file of the robot's true poses from another system, on the images' clock");
+  command->add_option("--odometry", recording.odometry,
+                      "CSV file of columns t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad, on the images' clock");
+  command->add_option("--max-skew-ms", options->max_skew_ms,
+                      "Greatest time between the two images of a pair; default: half of their median period");
+  command->callback([options] { import_with(*options); });
+}
+
+}  // namespace twocone::cli
