@@ -3,23 +3,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/complaints.h"
 #include "base/errors.h"
 
 namespace twocone {
 
 void check(const CameraSettings& settings) {
-  std::string bad;
-  if (settings.width_px <= 0) bad += fmt::format(" width_px is {}, must be > 0;", settings.width_px);
-  if (settings.height_px <= 0) bad += fmt::format(" height_px is {}, must be > 0;", settings.height_px);
-  if (!(settings.rate_hz > 0) || !std::isfinite(settings.rate_hz)) {
-    bad += fmt::format(" rate_hz is {} Hz, must be > 0 and finite;", settings.rate_hz);
-  }
-  if (!bad.empty()) throw std::invalid_argument("CameraSettings:" + bad);
+  base::Complaints complaints;
+  complaints.require_field(settings.width_px > 0, "width_px", settings.width_px, "> 0");
+  complaints.require_field(settings.height_px > 0, "height_px", settings.height_px, "> 0");
+  complaints.positive("rate_hz", settings.rate_hz, "Hz");
+  complaints.raise("CameraSettings");
 }
 
 Result<CameraSettings> Camera::configure(const CameraSettings& settings) {

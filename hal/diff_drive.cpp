@@ -3,24 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
-#include <fmt/format.h>
-
+#include "base/complaints.h"
 #include "base/errors.h"
 
 namespace twocone {
 
 void check(const DriveLimits& limits) {
-  std::string bad;
-  if (!(limits.max_speed_radps > 0) || !std::isfinite(limits.max_speed_radps)) {
-    bad += fmt::format(" max_speed_radps is {} rad/s, must be > 0 and finite;", limits.max_speed_radps);
-  }
-  if (limits.command_timeout.count() <= 0) {
-    bad += fmt::format(" command_timeout is {} ns, must be > 0;", limits.command_timeout.count());
-  }
-  if (!bad.empty()) throw std::invalid_argument("DriveLimits:" + bad);
+  base::Complaints complaints;
+  complaints.positive("max_speed_radps", limits.max_speed_radps, "rad/s");
+  const auto timeout_ns = limits.command_timeout.count();
+  complaints.require(timeout_ns > 0, "command_timeout is {} ns, must be > 0", timeout_ns);
+  complaints.raise("DriveLimits");
 }
 
 DiffDrive::DiffDrive(const DriveLimits& limits) : limits_(limits) { check(limits); }

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/complaints.h"
+#include "base/complaints.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/world/motion.h"
@@ -54,7 +54,7 @@ Extent extent_of(const std::vector<Landmark>& landmarks) {
 }
 
 void check(const PlaceSettings& place, const TruthView& view, const std::vector<Landmark>& landmarks) {
-  Complaints complaints;
+  base::Complaints complaints;
   complaints.within("width_px", view.width_px, 1, kMaxSide_px);
   complaints.within("height_px", view.height_px, 1, kMaxSide_px);
   for (const Landmark& landmark : landmarks) {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/child_process.h"
-#include "drivers/sim_povray/complaints.h"
+#include "base/complaints.h"
 #include "drivers/sim_povray/render/camera_mask.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
@@ -24,7 +24,7 @@ double height_px(const OverheadView& view) {
 }
 
 void check(const OverheadView& view, double unit_m) {
-  Complaints complaints;
+  base::Complaints complaints;
   complaints.span("", 'x', view.min_x_m, view.max_x_m);
   complaints.span("", 'y', view.min_y_m, view.max_y_m);
   complaints.positive("height_m", view.height_m, "m");

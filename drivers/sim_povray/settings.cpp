@@ -4,31 +4,31 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/complaints.h"
+#include "base/complaints.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-void take(Complaints& complaints, const RenderSettings& render) {
+void take(base::Complaints& complaints, const RenderSettings& render) {
   if (render.povray.empty()) complaints.add("render.povray is empty");
   if (render.processes < 1) complaints.add("render.processes is {}, must be >= 1", render.processes);
   if (render.timeout.count() <= 0) complaints.add("render.timeout is {} ms, must be > 0", render.timeout.count());
 }
 
-void take(Complaints& complaints, const std::string& name, const FloorPoint& point) {
+void take(base::Complaints& complaints, const std::string& name, const FloorPoint& point) {
   complaints.finite(name + ".x_m", point.x_m, "m");
   complaints.finite(name + ".y_m", point.y_m, "m");
 }
 
-void take(Complaints& complaints, const std::string& name, const Pose2& pose) {
+void take(base::Complaints& complaints, const std::string& name, const Pose2& pose) {
   complaints.finite(name + ".x_m", pose.x_m, "m");
   complaints.finite(name + ".y_m", pose.y_m, "m");
   complaints.finite(name + ".heading_rad", pose.heading_rad, "rad");
 }
 
-void take(Complaints& complaints, const MovingThing& thing) {
+void take(base::Complaints& complaints, const MovingThing& thing) {
   const std::string name = fmt::format("moving '{}'", thing.name);
   if (thing.name.empty()) complaints.add("a moving thing has no name");
   complaints.positive(name + ".speed_mps", thing.speed_mps, "m/s");
@@ -42,7 +42,7 @@ void take(Complaints& complaints, const MovingThing& thing) {
   }
 }
 
-void take(Complaints& complaints, const WheelSettings& wheels) {
+void take(base::Complaints& complaints, const WheelSettings& wheels) {
   complaints.positive("wheels.separation_m", wheels.separation_m, "m");
   complaints.positive("wheels.radius_m", wheels.radius_m, "m");
   complaints.not_negative("wheels.slip", wheels.slip, "");
@@ -53,7 +53,7 @@ void take(Complaints& complaints, const WheelSettings& wheels) {
   }
 }
 
-void take(Complaints& complaints, const CameraEffects& effects) {
+void take(base::Complaints& complaints, const CameraEffects& effects) {
   complaints.positive("effects.gain", effects.gain, "");
   complaints.not_negative("effects.full_well_electrons", effects.full_well_electrons, "electrons");
   complaints.not_negative("effects.read_noise_electrons", effects.read_noise_electrons, "electrons");
@@ -81,13 +81,13 @@ void take(Complaints& complaints, const CameraEffects& effects) {
 }  // namespace
 
 void check(const RenderSettings& settings) {
-  Complaints complaints;
+  base::Complaints complaints;
   take(complaints, settings);
   complaints.raise("RenderSettings");
 }
 
 void check(const PlaceSettings& settings) {
-  Complaints complaints;
+  base::Complaints complaints;
   if (settings.scene.empty()) complaints.add("scene is empty");
   complaints.positive("unit_m", settings.unit_m, "m");
   if (settings.walls) {
@@ -115,7 +115,7 @@ void check(const PlaceSettings& settings) {
 
 void check(const SessionSettings& settings) {
   const RobotBody& body = settings.body;
-  Complaints complaints;
+  base::Complaints complaints;
   take(complaints, "start", body.start);
   if (body.begin) take(complaints, "begin", *body.begin);
   complaints.not_negative("radius_m", body.radius_m, "m");
@@ -142,7 +142,7 @@ void check(const SessionSettings& settings) {
 }
 
 void check(const ViewSettings& settings) {
-  Complaints complaints;
+  base::Complaints complaints;
   if (settings.camera_name.empty()) complaints.add("camera_name is empty");
   // POV-Ray accepts +R up to 9.
   complaints.within("antialias", settings.antialias, 1, 9);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/complaints.h"
 #include "base/errors.h"
-#include "drivers/sim_povray/complaints.h"
 
 namespace twocone::sim_povray {
 double wrap_angle(double angle_rad) {
@@ -19,7 +19,7 @@ double wrap_angle(double angle_rad) {
 Pose2 wrapped(const Pose2& pose) { return {pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)}; }
 
 BodySpeeds body_speeds(const GroundSpeeds& wheels, double separation_m) {
-  Complaints complaints;
+  base::Complaints complaints;
   complaints.finite("left_mps", wheels.left_mps, "m/s");
   complaints.finite("right_mps", wheels.right_mps, "m/s");
   complaints.positive("separation_m", separation_m, "m");
@@ -28,7 +28,7 @@ BodySpeeds body_speeds(const GroundSpeeds& wheels, double separation_m) {
 }
 
 Pose2 advance(const Pose2& from, const BodySpeeds& speeds, double dt_s) {
-  Complaints complaints;
+  base::Complaints complaints;
   complaints.finite("x_m", from.x_m, "m");
   complaints.finite("y_m", from.y_m, "m");
   complaints.finite("heading_rad", from.heading_rad, "rad");
