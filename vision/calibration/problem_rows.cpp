@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/calibration/problem_rows.h"
+#include "vision/calibration/bundle.h"
 
 #include <cmath>
 #include <optional>
