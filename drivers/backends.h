@@ -56,12 +56,16 @@ struct CameraPart {
   int antialias = 1;                    ///< sim_povray only: sim_povray::ViewSettings::antialias, 1 to 9
   sim_povray::CameraEffects effects{};  ///< sim_povray only
   CameraDevice device{};                ///< v4l2_camera and libcamera_camera only
+
+  friend bool operator==(const CameraPart&, const CameraPart&) = default;
 };
 
 /// A camera beyond the pair.
 struct OtherCamera {
   std::string name;  ///< as after `cameras:` in the robot file; for sim_povray, also its name in the scene
   CameraPart part;
+
+  friend bool operator==(const OtherCamera&, const OtherCamera&) = default;
 };
 
 /// The world of a simulated robot: either inside this program, or served by another program.

@@ -4,20 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "base/complaints.h"
 #include "base/errors.h"
 
 namespace twocone {
 
 void check(const CameraSettings& settings) {
-  base::Complaints complaints;
-  complaints.require_field(settings.width_px > 0, "width_px", settings.width_px, "> 0");
-  complaints.require_field(settings.height_px > 0, "height_px", settings.height_px, "> 0");
-  complaints.positive("rate_hz", settings.rate_hz, "Hz");
-  complaints.raise("CameraSettings");
+  base::Complaints bad;
+  if (settings.width_px <= 0) bad.add("width_px is {}, must be > 0", settings.width_px);
+  if (settings.height_px <= 0) bad.add("height_px is {}, must be > 0", settings.height_px);
+  bad.positive("rate_hz", settings.rate_hz, "Hz");
+  bad.raise("CameraSettings");
 }
 
 Result<CameraSettings> Camera::configure(const CameraSettings& settings) {
@@ -75,16 +73,16 @@ Status start_camera(const std::string& name, Camera& camera, const CameraSetting
 }
 
 void check(const CameraDevice& device, std::string_view settings) {
-  std::string bad;
-  if (device.name.empty()) bad += " device is missing;";
+  base::Complaints bad;
+  if (device.name.empty()) bad.add("device is missing");
   if (!device.format.empty() && std::ranges::find(kCameraFormats, device.format) == kCameraFormats.end()) {
-    bad += fmt::format(" format is '{}', must be one of {};", device.format, fmt::join(kCameraFormats, ", "));
+    bad.add("format is '{}', must be one of {}", device.format, fmt::join(kCameraFormats, ", "));
   }
   for (const auto& [name, value] : device.controls) {
-    if (name.empty()) bad += " a control has no name;";
-    if (!std::isfinite(value)) bad += fmt::format(" control {} is {};", name, value);
+    if (name.empty()) bad.add("a control has no name");
+    if (!std::isfinite(value)) bad.add("control {} is {}", name, value);
   }
-  if (!bad.empty()) throw base::InvalidArgument("{}:{}", settings, bad);
+  bad.raise(settings);
 }
 
 }  // namespace twocone

@@ -4,17 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/complaints.h"
 #include "base/errors.h"
 
 namespace twocone {
 
 void check(const DriveLimits& limits) {
-  base::Complaints complaints;
-  complaints.positive("max_speed_radps", limits.max_speed_radps, "rad/s");
-  const auto timeout_ns = limits.command_timeout.count();
-  complaints.require(timeout_ns > 0, "command_timeout is {} ns, must be > 0", timeout_ns);
-  complaints.raise("DriveLimits");
+  base::Complaints bad;
+  bad.positive("max_speed_radps", limits.max_speed_radps, "rad/s");
+  if (limits.command_timeout.count() <= 0) {
+    bad.add("command_timeout is {} ns, must be > 0", limits.command_timeout.count());
+  }
+  bad.raise("DriveLimits");
 }
 
 DiffDrive::DiffDrive(const DriveLimits& limits) : limits_(limits) { check(limits); }

@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include <fmt/format.h>
+#include "base/errors.h"
 
 namespace twocone {
 namespace {
@@ -16,15 +16,15 @@ constexpr double kSilentPeriods = 4;
 constexpr std::chrono::milliseconds kLeastSilence{1'000};
 
 void check(const std::vector<NamedCamera>& others) {
-  std::string bad;
+  base::Complaints bad;
   std::set<std::string> taken{"lower", "upper"};
   for (std::size_t i = 0; i < others.size(); ++i) {
     const std::string& name = others[i].name;
-    if (!others[i].camera) bad += fmt::format(" camera {} ('{}') is missing;", i, name);
-    if (name.empty()) bad += fmt::format(" camera {} has no name;", i);
-    if (!taken.insert(name).second) bad += fmt::format(" the name '{}' of camera {} is taken;", name, i);
+    if (!others[i].camera) bad.add("camera {} ('{}') is missing", i, name);
+    if (name.empty()) bad.add("camera {} has no name", i);
+    if (!taken.insert(name).second) bad.add("the name '{}' of camera {} is taken", name, i);
   }
-  if (!bad.empty()) throw std::invalid_argument("Robot:" + bad);
+  bad.raise("Robot");
 }
 
 }  // namespace

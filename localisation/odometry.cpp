@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "base/complaints.h"
 #include "base/errors.h"
 
 namespace twocone::localisation {

@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
 
-#include "base/complaints.h"
 #include "base/errors.h"
 #include "localisation/chi_squared.h"
 #include "localisation/covariance.h"

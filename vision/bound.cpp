@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include "base/complaints.h"
+#include "base/errors.h"
 #include "vision/method_arguments.h"
 #include "vision/ranging.h"
 

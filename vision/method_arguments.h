@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-#include "base/complaints.h"
 #include "base/errors.h"
 #include "base/plane.h"
 

@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "base/complaints.h"
+#include "base/errors.h"
 #include "base/plane.h"
 
 namespace twocone::vision {

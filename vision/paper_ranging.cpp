@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/complaints.h"
+#include "base/errors.h"
 #include "vision/method_arguments.h"
 
 namespace twocone::vision {

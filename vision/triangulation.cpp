@@ -10,7 +10,6 @@
 
 #include <Eigen/QR>
 
-#include "base/complaints.h"
 #include "base/errors.h"
 #include "base/plane.h"
 

@@ -27,8 +27,8 @@ constexpr double kTipReach = 1.0 / 6;
 
 std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const config::Robot& robot) {
   for (const runlog::RunData& run : runs) {
-    const auto same = [](const config::CameraEntry& a, const config::CameraEntry& b) {
-      return a.width_px == b.width_px && a.height_px == b.height_px;
+    const auto same = [](const auto& a, const auto& b) {
+      return a.settings.width_px == b.settings.width_px && a.settings.height_px == b.settings.height_px;
     };
     if (!same(run.robot.lower, robot.lower) || !same(run.robot.upper, robot.upper)) {
       return Error(ErrorCode::kBadData, "{} has images of another size than {} says", run.folder.string(),
@@ -81,11 +81,11 @@ std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, s
 }
 
 /// Also returns an error if the image does not have the camera's size.
-Result<cv::Mat> read_rgb(const std::filesystem::path& file, const config::CameraEntry& camera) {
+Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::CameraPart& camera) {
   auto rgb = runlog::read_rgb(file);
-  if (rgb && (rgb->cols != camera.width_px || rgb->rows != camera.height_px)) {
+  if (rgb && (rgb->cols != camera.settings.width_px || rgb->rows != camera.settings.height_px)) {
     return Error(ErrorCode::kBadData, "{} has {} x {} pixels, the robot file says {} x {}", file.string(), rgb->cols,
-                 rgb->rows, camera.width_px, camera.height_px);
+                 rgb->rows, camera.settings.width_px, camera.settings.height_px);
   }
   return rgb;
 }
@@ -110,8 +110,8 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
     const auto targets = config::to_targets(run.map);
     std::optional<vision::OutlineRanging> ranging;
     try {
-      ranging.emplace(rig, targets, cv::Size(run.robot.lower.width_px, run.robot.lower.height_px),
-                      cv::Size(run.robot.upper.width_px, run.robot.upper.height_px));
+      ranging.emplace(rig, targets, cv::Size(run.robot.lower.settings.width_px, run.robot.lower.settings.height_px),
+                      cv::Size(run.robot.upper.settings.width_px, run.robot.upper.settings.height_px));
     } catch (const std::invalid_argument& error) {
       throw config::FileError("{}: {}", run.map.file.string(), error.what());
     }
@@ -276,7 +276,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                                      .priors = settings.priors,
                                      .fit_distortion = settings.fit_distortion,
                                      .fit_timing = settings.fit_timing,
-                                     .height_px = {robot.lower.height_px, robot.upper.height_px}};
+                                     .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px}};
   Report report{.runs = folders,
                 .robot = robot.file.string(),
                 .problem = problem,

@@ -11,7 +11,7 @@
 
 #include "apps/compare/both_runs.h"
 #include "apps/compare/findings.h"
-#include "base/complaints.h"
+#include "base/errors.h"
 
 namespace twocone::compare {
 namespace {
@@ -100,10 +100,12 @@ std::string key_of(const Side& simulated, const Side& real, const Settings& sett
 
 void note_differences(const Side& simulated, const Side& real, std::vector<std::string>& notes) {
   const config::Robot &a = simulated.run.robot, &b = real.run.robot;
-  if (a.lower.width_px != b.lower.width_px || a.lower.height_px != b.lower.height_px ||
-      a.upper.width_px != b.upper.width_px || a.upper.height_px != b.upper.height_px) {
-    notes.push_back(fmt::format("the images are of different size ({} x {} and {} x {} px): colours are not compared",
-                                a.lower.width_px, a.lower.height_px, b.lower.width_px, b.lower.height_px));
+  const auto size = [](const auto& camera) {
+    return fmt::format("{} x {}", camera.settings.width_px, camera.settings.height_px);
+  };
+  if (size(a.lower) != size(b.lower) || size(a.upper) != size(b.upper)) {
+    notes.push_back(fmt::format("the images are of different size ({} and {} px): colours are not compared",
+                                size(a.lower), size(b.lower)));
   }
   if (simulated.run.map.landmarks != real.run.map.landmarks) {
     notes.push_back(fmt::format("the maps {} and {} have different landmarks", simulated.run.map.file.string(),

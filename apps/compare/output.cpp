@@ -251,7 +251,7 @@ std::string like_the_real(const Outcome& outcome, const std::filesystem::path& n
   if (const Source* const slip = find_differing(c.sources, Cause::kSlip))
     robot.effects.slip = rounded(slip->components[0].real / 100);
   if (const Source* const rate = find_differing(c.sources, Cause::kFrameRate)) {
-    robot.lower.rate_hz = robot.upper.rate_hz = rounded(rate->components[0].real);
+    robot.lower.settings.rate_hz = robot.upper.settings.rate_hz = rounded(rate->components[0].real);
   }
   return config::robot_text(robot.file, new_file, robot,
                             header(outcome, "A simulation that behaves like a real run, made"));

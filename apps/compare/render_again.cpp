@@ -62,9 +62,7 @@ Result<std::array<twocone::Frame, 2>> look(sim_povray::SimulationHost& host, con
   for (const auto& [name, entry] : {std::pair{"lower", &robot.lower}, {"upper", &robot.upper}}) {
     auto camera = (*simulation)->open_camera({name, entry->antialias, {}});
     if (!camera) return camera.error();
-    const CameraSettings settings{
-        .width_px = entry->width_px, .height_px = entry->height_px, .rate_hz = entry->rate_hz};
-    if (auto applied = (*camera)->configure(settings); !applied) return applied.error();
+    if (auto applied = (*camera)->configure(entry->settings); !applied) return applied.error();
     if (auto started = (*camera)->start(); !started) return started.error();
     cameras.push_back(*std::move(camera));
   }
@@ -88,8 +86,9 @@ std::string recipe_of(const config::Robot& robot, const config::Map& map, const 
   }
   std::sort(sources.begin(), sources.end());
   for (const auto& source : sources) recipe += fmt::format("\n{}:\n{}", source.string(), config::read_text(source));
-  for (const config::CameraEntry* const camera : {&robot.lower, &robot.upper}) {
-    recipe += fmt::format("\n{} x {} px, antialias {}", camera->width_px, camera->height_px, camera->antialias);
+  for (const auto* const camera : {&robot.lower, &robot.upper}) {
+    recipe += fmt::format("\n{} x {} px, antialias {}", camera->settings.width_px, camera->settings.height_px,
+                          camera->antialias);
   }
   for (const Place& place : places) {
     recipe += fmt::format("\n{} {:.6f} {:.6f} {:.6f}", place.frame.frame, place.pose.x_m, place.pose.y_m,

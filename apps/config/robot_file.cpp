@@ -50,9 +50,9 @@ void read_drive(Section& root, Drive& drive) {
 }
 
 /// A camera while it is read. Its own `effects` are read after those that all cameras share.
-struct CameraPart {
+struct ReadCamera {
   Section* section = nullptr;  ///< null: absent or unreadable
-  CameraEntry* camera = nullptr;
+  drivers::CameraPart* camera = nullptr;
   bool has_driver = false;
   bool has_rate = false;
 
@@ -64,21 +64,21 @@ struct CameraPart {
   }
 };
 
-CameraPart read_camera(Section* section, CameraEntry& camera) {
-  CameraPart part{section, &camera};
+ReadCamera read_camera(Section* section, drivers::CameraPart& camera) {
+  ReadCamera part{section, &camera};
   if (section == nullptr) return part;
   part.has_driver = section->text("driver", "what takes the images", camera.driver);
-  section->whole("width_px", {"width of the image", kPixels, kImageSide}, camera.width_px);
-  section->whole("height_px", {"height of the image", kPixels, kImageSide}, camera.height_px);
-  part.has_rate = section->number("rate_hz", {"images a second", kHertz, kRateRange}, camera.rate_hz);
+  section->whole("width_px", {"width of the image", kPixels, kImageSide}, camera.settings.width_px);
+  section->whole("height_px", {"height of the image", kPixels, kImageSide}, camera.settings.height_px);
+  part.has_rate = section->number("rate_hz", {"images a second", kHertz, kRateRange}, camera.settings.rate_hz);
   const Quantity antialias{"rays per pixel side", kNoUnit, {.least = 1, .greatest = 9}};
   if (section->whole("antialias", antialias, camera.antialias, Need::kOptional)) part.refuse_if_real("antialias");
   if (part.has_driver) read_camera_device(*section, camera);
   return part;
 }
 
-std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
-  std::vector<CameraPart> parts;
+std::vector<ReadCamera> read_cameras(Section& root, Robot& robot) {
+  std::vector<ReadCamera> parts;
   Section* cameras = root.section("cameras", "the two cameras, lower and upper");
   if (cameras == nullptr) return parts;
   parts.push_back(read_camera(cameras->section("lower", "camera of the lower mirror"), robot.lower));
@@ -87,28 +87,28 @@ std::vector<CameraPart> read_cameras(Section& root, Robot& robot) {
   robot.others.reserve(names.size());  // the parts point into this vector
   for (const std::string& name : names) {
     if (name == "lower" || name == "upper") continue;
-    NamedCameraEntry& other = robot.others.emplace_back();
+    drivers::OtherCamera& other = robot.others.emplace_back();
     other.name = name;
-    parts.push_back(read_camera(cameras->section(name, "a further camera"), other.camera));
+    parts.push_back(read_camera(cameras->section(name, "a further camera"), other.part));
     if (!is_name(name, "_")) cameras->complain(name, kNoUnit, "named with letters, digits and _");
   }
-  const CameraPart& lower = parts.front();
-  for (const CameraPart& part : parts) {
-    if (lower.has_rate && part.has_rate && part.camera->rate_hz != robot.lower.rate_hz) {
-      part.section->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.rate_hz));
+  const ReadCamera& lower = parts.front();
+  for (const ReadCamera& part : parts) {
+    if (lower.has_rate && part.has_rate && part.camera->settings.rate_hz != robot.lower.settings.rate_hz) {
+      part.section->complain("rate_hz", kHertz, fmt::format("that of cameras.lower, {}", robot.lower.settings.rate_hz));
     }
   }
   const bool good_skew = root.number("max_skew_s", {"greatest time between the two exposures", kSeconds, kSkewRange},
                                      robot.max_skew_s, Need::kOptional);
   if (lower.has_rate && good_skew && !root.has("max_skew_s"))
-    robot.max_skew_s = StereoRig::kFreeSkew / robot.lower.rate_hz;
+    robot.max_skew_s = StereoRig::kFreeSkew / robot.lower.settings.rate_hz;
   return parts;
 }
 
 /// Reads the lens data of the calibration files into the rig.
 void read_camera_infos(Robot& robot) {
   std::string bad;
-  const auto read = [&](RigView& view, const CameraEntry& camera, std::string_view name) {
+  const auto read = [&](RigView& view, const drivers::CameraPart& camera, std::string_view name) {
     if (view.camera_info.empty()) return;
     try {
       read_camera_info(camera, fmt::format("cameras.{} of {}", name, robot.file.string()), view);
@@ -125,7 +125,7 @@ void read_camera_infos(Robot& robot) {
 
 /// Reads the camera's own effects over the common ones, key by key. A real camera has none. Returns the camera's own
 /// section.
-Section* read_own_effects(const CameraPart& part, Section* common_section, const sim_povray::CameraEffects& common,
+Section* read_own_effects(const ReadCamera& part, Section* common_section, const sim_povray::CameraEffects& common,
                           bool good_common) {
   Section* own = part.section->section("effects", "what this camera does beyond the ideal", Need::kOptional);
   part.refuse_if_real("effects");
@@ -136,7 +136,7 @@ Section* read_own_effects(const CameraPart& part, Section* common_section, const
   }
   part.camera->effects = common;
   const bool good = own == nullptr || read_camera_effects(*own, part.camera->effects);
-  const std::optional<double> rate_hz = part.has_rate ? std::optional(part.camera->rate_hz) : std::nullopt;
+  const std::optional<double> rate_hz = part.has_rate ? std::optional(part.camera->settings.rate_hz) : std::nullopt;
   if (good && good_common) check_camera_effects(part.camera->effects, own, common_section, rate_hz);
   return own;
 }
@@ -144,9 +144,9 @@ Section* read_own_effects(const CameraPart& part, Section* common_section, const
 /// Returns the coordinate of a pixel in an image that is scaled by `k`.
 double scaled_px(double place_px, double k) { return (place_px + 0.5) * k - 0.5; }
 
-void scale(CameraEntry& camera, RigView& view, double k) {
-  camera.width_px = static_cast<int>(std::lround(camera.width_px * k));
-  camera.height_px = static_cast<int>(std::lround(camera.height_px * k));
+void scale(drivers::CameraPart& camera, RigView& view, double k) {
+  camera.settings.width_px = static_cast<int>(std::lround(camera.settings.width_px * k));
+  camera.settings.height_px = static_cast<int>(std::lround(camera.settings.height_px * k));
   for (double& place_px : view.centre_px) place_px = scaled_px(place_px, k);
   view.rim_radius_px *= k;
   if (view.distortion_focal_px) {
@@ -186,7 +186,7 @@ Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
     body->number("radius_m", {"radius of the body, seen from above", kMetres, kRobotLength}, robot.body_radius_m);
   }
   read_drive(root, robot.drive);
-  const std::vector<CameraPart> cameras = read_cameras(root, robot);
+  const std::vector<ReadCamera> cameras = read_cameras(root, robot);
   read_rig(root, file, robot.rig);
   read_estimator(root, robot.estimator);
   Section* common_effects = read_effects(root, robot.effects);
@@ -197,7 +197,7 @@ Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
     good_common = read_camera_effects(*common_effects, common);
     camera_effects.push_back(common_effects);
   }
-  for (const CameraPart& part : cameras) {
+  for (const ReadCamera& part : cameras) {
     Section* own = part.section != nullptr ? read_own_effects(part, common_effects, common, good_common) : nullptr;
     if (own != nullptr) camera_effects.push_back(own);
   }
@@ -241,7 +241,7 @@ YAML::Node load_robot_node(const Robot& robot) {
 
 std::vector<std::string> camera_names(const Robot& robot) {
   std::vector<std::string> names{"lower", "upper"};
-  for (const NamedCameraEntry& other : robot.others) names.push_back(other.name);
+  for (const drivers::OtherCamera& other : robot.others) names.push_back(other.name);
   return names;
 }
 

@@ -27,27 +27,6 @@ struct Drive {
   friend bool operator==(const Drive&, const Drive&) = default;
 };
 
-struct CameraEntry {
-  std::string driver;
-  int width_px = 0;    ///< 1 to 16384
-  int height_px = 0;   ///< 1 to 16384
-  double rate_hz = 0;  ///< 0.01 to 1000, the same for both cameras of the pair
-  int antialias = 1;   ///< sim_povray only: rays along a pixel's side, 1 to 9; 1: no antialiasing
-  /// sim_povray only: `effects.camera`, overridden by the camera's own `effects`.
-  sim_povray::CameraEffects effects{};
-  CameraDevice device{};  ///< v4l2_camera and libcamera_camera only
-
-  friend bool operator==(const CameraEntry&, const CameraEntry&) = default;
-};
-
-/// A camera in addition to the pair.
-struct NamedCameraEntry {
-  std::string name;  ///< letters, digits, _
-  CameraEntry camera;
-
-  friend bool operator==(const NamedCameraEntry&, const NamedCameraEntry&) = default;
-};
-
 /// One mirror and its camera, as the robot believes them to be (`rig:`, from the common keys and from those of `lower:`
 /// or `upper:`).
 struct RigView {
@@ -121,8 +100,10 @@ struct Robot {
   int latency_frames = 4;    ///< >= 0
   double body_radius_m = 0;  ///< > 0
   Drive drive;
-  CameraEntry lower, upper;
-  std::vector<NamedCameraEntry> others;  ///< additional cameras in the file's order, at the pair's rate
+  /// Images of 1 to 16384 pixels a side at 0.01 to 1000 Hz, one rate for all cameras. The effects of each are those of
+  /// `effects.camera`, overridden by its own `effects`.
+  drivers::CameraPart lower, upper;
+  std::vector<drivers::OtherCamera> others;  ///< in the file's order; names of letters, digits, _
   Rig rig;
   Effects effects;
   EstimatorKeys estimator;

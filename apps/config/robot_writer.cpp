@@ -92,17 +92,18 @@ YAML::Node rig_of(const Rig& rig, const std::string& lower_info, const std::stri
 }
 
 /// Leaves the text of a camera unchanged where it already has the right values.
-void set_camera(YAML::Node camera, const CameraEntry& changed, const CameraEntry& read) {
-  if (changed.width_px != read.width_px) camera["width_px"] = changed.width_px;
-  if (changed.height_px != read.height_px) camera["height_px"] = changed.height_px;
-  if (changed.rate_hz != read.rate_hz) camera["rate_hz"] = text_of(changed.rate_hz);
+void set_camera(YAML::Node camera, const drivers::CameraPart& changed, const drivers::CameraPart& read) {
+  const CameraSettings &now = changed.settings, &then = read.settings;
+  if (now.width_px != then.width_px) camera["width_px"] = now.width_px;
+  if (now.height_px != then.height_px) camera["height_px"] = now.height_px;
+  if (now.rate_hz != then.rate_hz) camera["rate_hz"] = text_of(now.rate_hz);
   if (changed.antialias == read.antialias) return;
   camera.remove("antialias");
-  if (changed.antialias != CameraEntry{}.antialias) camera["antialias"] = changed.antialias;
+  if (changed.antialias != drivers::CameraPart{}.antialias) camera["antialias"] = changed.antialias;
 }
 
 /// Gives a camera that is a YAML alias of another one its own text. Otherwise one change would alter both.
-void part_cameras(YAML::Node& cameras, const std::vector<NamedCameraEntry>& others) {
+void part_cameras(YAML::Node& cameras, const std::vector<drivers::OtherCamera>& others) {
   const auto part = [&](const std::string& name, const std::string& from) {
     if (!cameras[name].is(cameras[from])) return;
     const YAML::Node own = YAML::Clone(cameras[name]);
@@ -110,7 +111,7 @@ void part_cameras(YAML::Node& cameras, const std::vector<NamedCameraEntry>& othe
     cameras[name] = own;
   };
   part("upper", "lower");
-  for (const NamedCameraEntry& other : others) {
+  for (const drivers::OtherCamera& other : others) {
     part(other.name, "lower");
     part(other.name, "upper");
   }
@@ -130,11 +131,11 @@ std::string robot_text(const std::filesystem::path& file, const std::filesystem:
   YAML::Node node = with_present_names(load_yaml(file));
   const Robot robot = parse_robot(node, file);
   node["map"] = moved(node["map"].as<std::string>(), file, new_file);
-  const auto info = [&](const char* mirror, RigView Rig::*view, CameraEntry Robot::*camera) {
+  const auto info = [&](const char* mirror, RigView Rig::*view, drivers::CameraPart Robot::*camera) {
     const RigView& now = changed.rig.*view;
     const RigView& then = robot.rig.*view;
-    const bool is_that_camera = (changed.*camera).width_px == (robot.*camera).width_px &&
-                                (changed.*camera).height_px == (robot.*camera).height_px;
+    const bool is_that_camera = (changed.*camera).settings.width_px == (robot.*camera).settings.width_px &&
+                                (changed.*camera).settings.height_px == (robot.*camera).settings.height_px;
     const bool is_of_the_file = !now.camera_info.empty() && now.camera_info == then.camera_info;
     if (!is_of_the_file || !has_same_lens(now, then) || !is_that_camera) return std::string();
     return moved(info_path_of(node["rig"], mirror), file, new_file);
@@ -147,10 +148,10 @@ std::string robot_text(const std::filesystem::path& file, const std::filesystem:
   part_cameras(cameras, robot.others);
   set_camera(cameras["lower"], changed.lower, robot.lower);
   set_camera(cameras["upper"], changed.upper, robot.upper);
-  for (const NamedCameraEntry& other : robot.others) {
-    CameraEntry with_rate = other.camera;
-    with_rate.rate_hz = changed.lower.rate_hz;
-    set_camera(cameras[other.name], with_rate, other.camera);
+  for (const drivers::OtherCamera& other : robot.others) {
+    drivers::CameraPart with_rate = other.part;
+    with_rate.settings.rate_hz = changed.lower.settings.rate_hz;
+    set_camera(cameras[other.name], with_rate, other.part);
   }
   set_camera_effects(node, "lower", changed.lower, robot.lower, file);
   set_camera_effects(node, "upper", changed.upper, robot.upper, file);

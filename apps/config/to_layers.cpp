@@ -66,14 +66,6 @@ void check_together(const Robot& robot, const Map& map) {
   if (!bad.empty()) throw FileError(bad.substr(1));
 }
 
-drivers::CameraPart to_part(const CameraEntry& camera) {
-  return {.driver = camera.driver,
-          .settings = {.width_px = camera.width_px, .height_px = camera.height_px, .rate_hz = camera.rate_hz},
-          .antialias = camera.antialias,
-          .effects = camera.effects,
-          .device = camera.device};
-}
-
 Disc disc_of(const Landmark& landmark) { return {{landmark.x_m, landmark.y_m}, landmark.radius_m}; }
 
 /// Returns the fixed and moving objects of a map, without the scene that shows them.
@@ -179,8 +171,8 @@ void check_landmarks(const Robot& robot, const Map& map) {
 }
 
 bool is_simulated(const Robot& robot) {
-  const auto is_other_simulated = [](const NamedCameraEntry& other) {
-    return other.camera.driver == drivers::kSimPovray;
+  const auto is_other_simulated = [](const drivers::OtherCamera& other) {
+    return other.part.driver == drivers::kSimPovray;
   };
   return robot.drive.driver == drivers::kSimPovray || robot.lower.driver == drivers::kSimPovray ||
          robot.upper.driver == drivers::kSimPovray || std::ranges::any_of(robot.others, is_other_simulated);
@@ -189,14 +181,14 @@ bool is_simulated(const Robot& robot) {
 drivers::RobotSettings to_robot_settings(const Robot& robot, const Map& map, std::uint64_t seed) {
   check_together(robot, map);
   drivers::RobotSettings settings;
-  settings.lower = to_part(robot.lower);
-  settings.upper = to_part(robot.upper);
+  settings.lower = robot.lower;
+  settings.upper = robot.upper;
   settings.drive.driver = robot.drive.driver;
   settings.drive.limits = {.max_speed_radps = robot.drive.max_speed_mps / robot.drive.wheel_radius_m,
                            .command_timeout = to_nanoseconds(robot.drive.command_timeout_s)};
   settings.drive.serial = robot.drive.serial;
   settings.max_skew = to_nanoseconds(robot.max_skew_s);
-  for (const NamedCameraEntry& other : robot.others) settings.others.push_back({other.name, to_part(other.camera)});
+  settings.others = robot.others;
   if (is_simulated(robot)) {
     drivers::SimulatedWorld& world = settings.world.emplace();
     world.attach = robot.attach;

@@ -13,7 +13,7 @@
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/to_layers.h"
 #include "apps/error_budget/viewpoint.h"
-#include "base/complaints.h"
+#include "base/errors.h"
 
 namespace twocone::error_budget {
 namespace {

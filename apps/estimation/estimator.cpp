@@ -109,8 +109,8 @@ double steady_time_s() {
 Estimator::Estimator(Method method, const config::Robot& robot, const config::Map& map, std::function<double()> clock_s)
     : landmarks_m_(config::to_landmark_positions(map)),
       bounds_(map.bounds),
-      lower_size_(robot.lower.width_px, robot.lower.height_px),
-      upper_size_(robot.upper.width_px, robot.upper.height_px),
+      lower_size_(robot.lower.settings.width_px, robot.lower.settings.height_px),
+      upper_size_(robot.upper.settings.width_px, robot.upper.settings.height_px),
       centres_px_{Eigen::Vector2d(robot.rig.lower.centre_px[0], robot.rig.lower.centre_px[1]),
                   Eigen::Vector2d(robot.rig.upper.centre_px[0], robot.rig.upper.centre_px[1])},
       keys_(robot.estimator),

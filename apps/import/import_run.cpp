@@ -34,8 +34,8 @@ struct Camera {
 };
 
 Camera open_camera(const fs::path& folder, const fs::path& times_file, StampUnit unit,
-                   const config::CameraEntry& entry) {
-  Camera camera{list_images(folder, times_file, unit), {}, {entry.width_px, entry.height_px}};
+                   const drivers::CameraPart& entry) {
+  Camera camera{list_images(folder, times_file, unit), {}, {entry.settings.width_px, entry.settings.height_px}};
   try {
     check_image(camera.list.images.back().file, camera.size);
   } catch (const UnreadableImage& bad) {
@@ -50,7 +50,7 @@ Camera open_camera(const fs::path& folder, const fs::path& times_file, StampUnit
 double ms(Stamp stamp) { return to_seconds(stamp) * 1e3; }
 
 Stamp skew_limit(const Recording& recording, const Camera& lower, const Camera& upper, const config::Robot& robot) {
-  const Stamp nominal(std::llround(1e9 / robot.lower.rate_hz));
+  const Stamp nominal(std::llround(1e9 / robot.lower.settings.rate_hz));
   const Stamp period =
       std::min(median_period(lower.times).value_or(nominal), median_period(upper.times).value_or(nominal));
   if (!recording.max_skew_s) return period / 2;

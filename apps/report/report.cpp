@@ -77,8 +77,8 @@ std::string facts_html(const runlog::RunData& run, const runlog::Summary& summar
                      : fmt::format("{} (the run itself used {})", run.method, run.info.method)},
       {"seed", fmt::to_string(run.info.seed)},
       {"frames", fmt::format("{} of {}, {:.2f} s", summary.frames, run.info.frames_wanted, summary.duration_s)},
-      {"images", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.width_px, run.robot.lower.height_px,
-                             run.robot.lower.rate_hz)}};
+      {"images", fmt::format("{} x {} px at {:g} Hz", run.robot.lower.settings.width_px,
+                             run.robot.lower.settings.height_px, run.robot.lower.settings.rate_hz)}};
   if (run.info.finished && run.info.wall_s > 0) {
     facts.emplace_back(
         "time taken",

@@ -111,8 +111,8 @@ void refuse_other_robots(const runlog::RunData& run, const config::Robot& robot)
   if (robot.start != run.robot.start) refuse("start");
   for (const auto& [name, now, then] :
        {std::tuple{"lower", &robot.lower, &run.robot.lower}, std::tuple{"upper", &robot.upper, &run.robot.upper}}) {
-    if (now->width_px != then->width_px || now->height_px != then->height_px) {
-      refuse(fmt::format("cameras.{}: {} x {} px", name, now->width_px, now->height_px));
+    if (now->settings.width_px != then->settings.width_px || now->settings.height_px != then->settings.height_px) {
+      refuse(fmt::format("cameras.{}: {} x {} px", name, now->settings.width_px, now->settings.height_px));
     }
   }
 }

@@ -54,8 +54,8 @@ Episode make_episode(const config::Robot& robot, const config::Map& map, const b
     episode.speeds = {left_mps / robot.drive.wheel_radius_m, right_mps / robot.drive.wheel_radius_m};
     bool has_room = arena.clearance_m({pose.x_m, pose.y_m}) > room_m;
     for (int k = 1; k < kStepsOfEpisode && has_room; ++k) {
-      pose = localisation::drive_arc(pose, left_mps / robot.lower.rate_hz, right_mps / robot.lower.rate_hz,
-                                     robot.drive.wheel_separation_m);
+      pose = localisation::drive_arc(pose, left_mps / robot.lower.settings.rate_hz,
+                                     right_mps / robot.lower.settings.rate_hz, robot.drive.wheel_separation_m);
       has_room = arena.clearance_m({pose.x_m, pose.y_m}) > room_m;
     }
     if (has_room) return episode;
@@ -126,10 +126,12 @@ struct Fraction {
 
 /// Returns images of the robot's size times `k`; none where that is not a whole number of pixels.
 std::optional<Images> images_of(const config::Robot& robot, Fraction k, int antialias, Effects effects) {
-  for (const int side_px : {robot.lower.width_px, robot.lower.height_px, robot.upper.width_px, robot.upper.height_px}) {
+  for (const int side_px : {robot.lower.settings.width_px, robot.lower.settings.height_px,
+                            robot.upper.settings.width_px, robot.upper.settings.height_px}) {
     if (side_px * k.over % k.under != 0) return std::nullopt;
   }
-  return Images{robot.lower.width_px * k.over / k.under, robot.lower.height_px * k.over / k.under, antialias, effects};
+  return Images{robot.lower.settings.width_px * k.over / k.under, robot.lower.settings.height_px * k.over / k.under,
+                antialias, effects};
 }
 
 /// Images of a size of the sweep, by their anti-aliasing.
@@ -204,7 +206,7 @@ constexpr double kCheap = 0.5;
 constexpr int kEpisodesOfShard = 4;
 
 int episodes_of(const Images& images, const config::Robot& robot, int episodes) {
-  const double own = double(robot.lower.width_px) * robot.lower.height_px;
+  const double own = double(robot.lower.settings.width_px) * robot.lower.settings.height_px;
   const double cost = double(images.width_px) * images.height_px / own * rays(images.antialias);
   const double share = std::clamp(std::sqrt(kCheap / cost), 1.0 / 3, 1.0);
   return std::max(int(kLeastEpisodes), static_cast<int>(std::lround(episodes * share)));
@@ -251,7 +253,7 @@ Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOpt
   check(robot, map);
   Plan plan;
   plan.options = options;
-  plan.robot_rate_hz = robot.lower.rate_hz;
+  plan.robot_rate_hz = robot.lower.settings.rate_hz;
   const int episodes = options.fine ? 4 * options.episodes : options.episodes;
   plan.episodes = make_episodes(robot, map, options.seed, Stream::kSweep, episodes);
   plan.landmarks = rank_landmarks(robot, map, plan.episodes);

@@ -39,10 +39,11 @@ std::string machine() {
 Setting as_is(const Subject& subject) {
   const config::Robot& robot = subject.robot;
   const config::EstimatorKeys& keys = robot.estimator;
-  Setting setting{.images = {robot.lower.width_px, robot.lower.height_px, robot.lower.antialias, Effects::kScene},
-                  .landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size()),
-                  .bearings = keys.bearings,
-                  .rate_hz = robot.lower.rate_hz};
+  Setting setting{
+      .images = {robot.lower.settings.width_px, robot.lower.settings.height_px, robot.lower.antialias, Effects::kScene},
+      .landmarks = int(keys.landmarks.empty() ? subject.plan.landmarks.size() : keys.landmarks.size()),
+      .bearings = keys.bearings,
+      .rate_hz = robot.lower.settings.rate_hz};
   const std::string& level = keys.method == name(Level::kPaper) ? keys.method : keys.stage;
   for (const Level known : {Level::kPaper, Level::kFound, Level::kCoarse, Level::kAdaptive}) {
     if (level == name(known)) setting.level = known;

@@ -67,15 +67,15 @@ std::string describe(const Setting& setting) {
 }
 
 config::Robot robot_of(const Setting& setting, const config::Robot& robot, std::span<const std::string> landmarks) {
-  config::Robot changed = config::scaled(robot, double(setting.images.width_px) / robot.lower.width_px);
-  for (config::CameraEntry* camera : {&changed.lower, &changed.upper}) {
-    camera->rate_hz = setting.rate_hz;
+  config::Robot changed = config::scaled(robot, double(setting.images.width_px) / robot.lower.settings.width_px);
+  for (auto* camera : {&changed.lower, &changed.upper}) {
+    camera->settings.rate_hz = setting.rate_hz;
     camera->antialias = setting.images.antialias;
     if (setting.images.effects == Effects::kNoise && camera->effects.full_well_electrons == 0) {
       camera->effects.full_well_electrons = kNoiseElectrons;
     }
   }
-  for (config::NamedCameraEntry& other : changed.others) other.camera.rate_hz = setting.rate_hz;
+  for (auto& other : changed.others) other.part.settings.rate_hz = setting.rate_hz;
   config::EstimatorKeys& keys = changed.estimator = {};
   keys.method = estimation::to_string(method_of(setting.level));
   keys.stage = stage_of(setting.level);

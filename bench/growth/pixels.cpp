@@ -44,9 +44,9 @@ Growth grow_pixels(const Options& options) {
   Column vision{"vision, ms", 2, {}};
   Column measured{"landmarks measured", 0, {}, false};
   for (const int height_px : kHeights_px) {
-    const config::Robot robot = config::scaled(lab, double(height_px) / lab.lower.height_px);
+    const config::Robot robot = config::scaled(lab, double(height_px) / lab.lower.settings.height_px);
     const SessionSettings session = config::to_robot_settings(robot, map, 1).world->session;
-    const cv::Size size(robot.lower.width_px, robot.lower.height_px);
+    const cv::Size size(robot.lower.settings.width_px, robot.lower.settings.height_px);
     const vision::OutlineRanging ranging(config::to_rig(robot), config::to_targets(map), size, size);
     growth.sizes.push_back(double(size.area()));
     growth.labels.push_back(fmt::format("{} x {}", size.width, size.height));

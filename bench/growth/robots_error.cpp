@@ -68,7 +68,7 @@ Growth grow_error_by_robots(const Options& options) {
   const config::Robot robot = config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
   const config::Map map = config::read_map(robot.map);
   const sim_povray::SessionSettings session = config::to_robot_settings(robot, map, 1).world->session;
-  const cv::Size size(robot.lower.width_px, robot.lower.height_px);
+  const cv::Size size(robot.lower.settings.width_px, robot.lower.settings.height_px);
   const vision::OutlineRanging ranging(config::to_rig(robot), config::to_targets(map), size, size);
   const auto landmarks_m = config::to_landmark_positions(map);
 

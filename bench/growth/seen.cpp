@@ -26,8 +26,7 @@ Seen seen_at(sim_povray::SimulationHost& host, sim_povray::SessionSettings sessi
   };
   if (const auto empty = host.reset(); !empty) throw std::runtime_error(empty.error().message);
   const auto simulation = value(sim_povray::Simulation::join(host, session));
-  const auto cameras = start_pair(*simulation, {robot.lower.width_px, robot.lower.height_px, robot.lower.rate_hz},
-                                  robot.lower.antialias);
+  const auto cameras = start_pair(*simulation, robot.lower.settings, robot.lower.antialias);
   std::vector<Frame> frames;
   frames.reserve(cameras.size());
   for (const auto& camera : cameras) frames.push_back(value(camera->grab(kLong)));

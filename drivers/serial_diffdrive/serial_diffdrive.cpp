@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -423,32 +422,29 @@ class SerialDiffDrive final : public DiffDrive {
 }  // namespace
 
 void check(const SerialDriveSettings& settings) {
-  std::string bad;
-  if (settings.port.empty()) bad += " port is missing;";
+  base::Complaints bad;
+  if (settings.port.empty()) bad.add("port is missing");
   if (std::ranges::find(kProtocolNames, settings.protocol) == kProtocolNames.end()) {
-    bad += fmt::format(" protocol is '{}', must be one of {};", settings.protocol, fmt::join(kProtocolNames, ", "));
+    bad.add("protocol is '{}', must be one of {}", settings.protocol, fmt::join(kProtocolNames, ", "));
   } else {
     const auto fixed = make_protocol({.name = settings.protocol})->fixed_counts_per_turn();
     if (!fixed && !settings.counts_per_turn) {
-      bad += fmt::format(" counts_per_turn is missing, protocol {} needs it;", settings.protocol);
+      bad.add("counts_per_turn is missing, protocol {} needs it", settings.protocol);
     }
     if (!settings.watchdog && settings.protocol != "roboclaw") {
-      bad += fmt::format(
-          " watchdog is switched off, but a controller of protocol {} does not stop the wheels in time by itself;",
-          settings.protocol);
+      bad.add("watchdog is switched off, but a controller of protocol {} does not stop the wheels in time by itself",
+              settings.protocol);
     }
   }
-  if (settings.baud && *settings.baud <= 0) bad += fmt::format(" baud is {}, must be > 0;", *settings.baud);
+  if (settings.baud && *settings.baud <= 0) bad.add("baud is {}, must be > 0", *settings.baud);
   if (settings.counts_per_turn && !(*settings.counts_per_turn > 0 && std::isfinite(*settings.counts_per_turn))) {
-    bad += fmt::format(" counts_per_turn is {}, must be > 0 and finite;", *settings.counts_per_turn);
+    bad.add("counts_per_turn is {}, must be > 0 and finite", *settings.counts_per_turn);
   }
   if (settings.least_speed_radps && !(*settings.least_speed_radps >= 0 && std::isfinite(*settings.least_speed_radps))) {
-    bad += fmt::format(" least_speed_radps is {}, must be >= 0 and finite;", *settings.least_speed_radps);
+    bad.add("least_speed_radps is {}, must be >= 0 and finite", *settings.least_speed_radps);
   }
-  if (settings.address < 0x80 || settings.address > 0x87) {
-    bad += fmt::format(" address is {}, must be 128 to 135;", settings.address);
-  }
-  if (!bad.empty()) throw std::invalid_argument("SerialDriveSettings:" + bad);
+  bad.within("address", settings.address, 0x80, 0x87);
+  bad.raise("SerialDriveSettings");
 }
 
 double least_speed_radps(const SerialDriveSettings& settings) {

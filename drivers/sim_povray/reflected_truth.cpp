@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "base/complaints.h"
+#include "base/errors.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"
 #include "drivers/sim_povray/world/motion.h"

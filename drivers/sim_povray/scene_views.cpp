@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/child_process.h"
-#include "base/complaints.h"
+#include "base/errors.h"
 #include "drivers/sim_povray/render/camera_mask.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/scene/scene.h"

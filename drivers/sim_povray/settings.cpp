@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
 
-#include "base/complaints.h"
+#include "base/errors.h"
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
 

@@ -120,7 +120,7 @@ TEST(Calibrate, RefusesInOneLine) {
   one.map.landmarks.pop_back();
   EXPECT_THAT(message({one}, lab_robot()), HasSubstr("1 of 1 landmarks have a height"));
   config::Robot other = lab_robot();
-  other.upper.width_px = 800;
+  other.upper.settings.width_px = 800;
   EXPECT_THAT(message({run_of(9)}, other), HasSubstr("images of another size than robots/mine.yaml says"));
   const std::string no_image = message({run_of(9)}, lab_robot());
   EXPECT_THAT(no_image, HasSubstr("runs/mine/lower/000000.png"));

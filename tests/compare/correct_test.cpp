@@ -98,8 +98,8 @@ TEST_F(Correct, ADifferenceBecomesAnEffect) {
   EXPECT_EQ(lower.defocus_px, 0);
   EXPECT_NEAR(upper.defocus_px, vision::defocus_radius_px(0.4, 0.9), kFourDigits * upper.defocus_px);
   EXPECT_GT(upper.defocus_px, 1) << "px";
-  EXPECT_EQ(robot.lower.rate_hz, 12.5);
-  EXPECT_EQ(robot.upper.rate_hz, 12.5);
+  EXPECT_EQ(robot.lower.settings.rate_hz, 12.5);
+  EXPECT_EQ(robot.upper.settings.rate_hz, 12.5);
   EXPECT_EQ(robot.effects.slip, 0.025);
   EXPECT_EQ(robot.rig, outcome_.comparison.simulated_robot.rig) << "that of the scene";
 }

@@ -16,7 +16,7 @@ namespace twocone::compare {
 
 inline config::Robot made_up_robot(const std::string& driver) {
   config::Robot robot = testing_support::with_images(testing_support::lab_robot(driver), 320, 240, 118);
-  robot.lower.rate_hz = robot.upper.rate_hz = 10;
+  robot.lower.settings.rate_hz = robot.upper.settings.rate_hz = 10;
   return robot;
 }
 

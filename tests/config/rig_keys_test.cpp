@@ -130,9 +130,9 @@ TEST(RigKeys, ACameraInfoOfAnotherImageIsRefusedWithItsOwnLines) {
 
 /// Returns the lens data of a calibration file of images of the size in good_camera_info.yaml.
 RigView lens_of(const fs::path& file) {
-  CameraEntry camera;
-  camera.width_px = 641;
-  camera.height_px = 479;
+  drivers::CameraPart camera;
+  camera.settings.width_px = 641;
+  camera.settings.height_px = 479;
   RigView view;
   view.camera_info = file;
   read_camera_info(camera, "it", view);

@@ -37,14 +37,13 @@ TEST(RobotFile, HoldsEveryFieldOfTheFile) {
                                             .distortion_focal_px = 512.5,
                                             .drop_probability = 0.01,
                                             .late_probability = 0.02};
-  wanted.lower = {.driver = "sim_povray", .width_px = 641, .height_px = 479, .rate_hz = 12.5, .antialias = 2};
-  wanted.upper = {.driver = "sim_povray", .width_px = 322, .height_px = 243, .rate_hz = 12.5, .antialias = 1};
-  wanted.others = {
-      {"aft_2", {.driver = "sim_povray", .width_px = 80, .height_px = 60, .rate_hz = 12.5, .antialias = 1}}};
-  wanted.lower.effects = wanted.upper.effects = wanted.others[0].camera.effects = common;
+  wanted.lower = {.driver = "sim_povray", .settings = {641, 479, 12.5}, .antialias = 2};
+  wanted.upper = {.driver = "sim_povray", .settings = {322, 243, 12.5}, .antialias = 1};
+  wanted.others = {{"aft_2", {.driver = "sim_povray", .settings = {80, 60, 12.5}, .antialias = 1}}};
+  wanted.lower.effects = wanted.upper.effects = wanted.others[0].part.effects = common;
   wanted.upper.effects.gain = 1.3;
   wanted.upper.effects.defocus_px = 0;
-  wanted.others[0].camera.effects.distortion.clear();
+  wanted.others[0].part.effects.distortion.clear();
   wanted.rig = {.lower = {.apex_rad = 1.5708,
                           .mirror_radius_m = 0.061,
                           .lens_to_tip_m = 0.118,

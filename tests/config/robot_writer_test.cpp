@@ -136,13 +136,14 @@ Robot changed_all_over(const Robot& robot) {
   changed.rig.upper.centre_px = {80.1 / 7, 60.3};
   changed.drive.wheel_separation_m = 0.29 / 1.7;
   changed.drive.wheel_radius_m = 0.043 / 1.3;
-  changed.lower.width_px = 333;
-  changed.lower.height_px = 222;
+  changed.lower.settings.width_px = 333;
+  changed.lower.settings.height_px = 222;
   changed.lower.antialias = 1;
-  changed.upper.width_px = 111;
-  changed.upper.height_px = 99;
+  changed.upper.settings.width_px = 111;
+  changed.upper.settings.height_px = 99;
   changed.upper.antialias = 3;
-  for (CameraEntry* camera : {&changed.lower, &changed.upper, &changed.others.at(0).camera}) camera->rate_hz = 31.0 / 3;
+  for (drivers::CameraPart* camera : {&changed.lower, &changed.upper, &changed.others.at(0).part})
+    camera->settings.rate_hz = 31.0 / 3;
   changed.estimator = {.method = "outline",
                        .stage = "adaptive",
                        .landmarks = {"red", "a, b", "3"},
@@ -335,7 +336,8 @@ TEST_F(RobotWriterTest, ASkewThatTheFileLeavesOpenFollowsTheRate) {
   std::ofstream(file) << with(read_text(data("good_robot.yaml")), "max_skew_s: 0.011\n", "");
   Robot changed = read_robot(file);
   const double skew_s = changed.max_skew_s;
-  for (CameraEntry* camera : {&changed.lower, &changed.upper, &changed.others.at(0).camera}) camera->rate_hz /= 2;
+  for (drivers::CameraPart* camera : {&changed.lower, &changed.upper, &changed.others.at(0).part})
+    camera->settings.rate_hz /= 2;
   const std::string text = robot_text(file, file, changed, {});
   EXPECT_EQ(text.find("max_skew_s"), std::string::npos);
   EXPECT_EQ(parse_robot(parse_yaml(text, file), file).max_skew_s, 2 * skew_s);
@@ -351,7 +353,7 @@ TEST_F(RobotWriterTest, CamerasThatTheFileNamesOnceChangeOneByOne) {
       "upper: *one");
   std::ofstream(file) << text;
   Robot changed = read_robot(file);
-  changed.lower.width_px = 99;
+  changed.lower.settings.width_px = 99;
   changed.upper.antialias = 5;
   text_that_reads_back(file, changed);
 }
@@ -364,8 +366,8 @@ TEST_F(RobotWriterTest, ALensOfImagesOfAnotherSizeIsWrittenOut) {
   std::ofstream(folder_ / "lens.yaml") << read_text(data("good_camera_info.yaml"));
   Robot changed = read_robot(file);
   ASSERT_FALSE(changed.rig.lower.distortion.empty());
-  changed.lower.width_px /= 2;
-  changed.lower.height_px /= 2;
+  changed.lower.settings.width_px /= 2;
+  changed.lower.settings.height_px /= 2;
   changed.rig.lower.distortion_focal_px = {{354.5, 355.5}};
   const std::string text = robot_text(file, file, changed, {});
   changed.rig.lower.camera_info.clear();
@@ -380,8 +382,10 @@ TEST_F(RobotWriterTest, ARobotThatWouldBeRejectedIsNotReturned) {
     change(changed);
     return message_of([&] { (void)robot_text(original, "new.yaml", changed, {}); });
   };
-  EXPECT_NE(text_of([](Robot& r) { r.lower.width_px = 0; }).find("cameras.lower.width_px is 0 px"), std::string::npos);
-  EXPECT_NE(text_of([](Robot& r) { r.upper.rate_hz = 7; }).find("cameras.upper.rate_hz is 7 Hz"), std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.lower.settings.width_px = 0; }).find("cameras.lower.width_px is 0 px"),
+            std::string::npos);
+  EXPECT_NE(text_of([](Robot& r) { r.upper.settings.rate_hz = 7; }).find("cameras.upper.rate_hz is 7 Hz"),
+            std::string::npos);
   EXPECT_NE(text_of([](Robot& r) { r.effects.slip = -1; }).find("effects.slip is -1"), std::string::npos);
   EXPECT_NE(text_of([](Robot& r) { r.upper.effects.stamp_late_s = 0.6; }).find("effects.stamp_late_s is 0.6 s"),
             std::string::npos);

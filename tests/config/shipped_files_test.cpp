@@ -89,8 +89,8 @@ Robot without_differences(Robot robot) {
   robot.drive.driver.clear();
   robot.drive.serial.reset();
   robot.drive.wheel_separation_m = robot.drive.wheel_radius_m = 0;
-  for (CameraEntry* camera : {&robot.lower, &robot.upper}) {
-    *camera = {.driver = {}, .width_px = camera->width_px, .height_px = camera->height_px, .rate_hz = camera->rate_hz};
+  for (drivers::CameraPart* camera : {&robot.lower, &robot.upper}) {
+    *camera = {.driver = {}, .settings = camera->settings};
   }
   return robot;
 }
@@ -98,7 +98,7 @@ Robot without_differences(Robot robot) {
 TEST_P(RobotToBuild, HasATwinThatDiffersWhereItMay) {
   const Robot real = read(".yaml");
   const Robot twin = read("_sim.yaml");
-  for (const CameraEntry* camera : {&twin.lower, &twin.upper}) EXPECT_EQ(camera->driver, "sim_povray");
+  for (const drivers::CameraPart* camera : {&twin.lower, &twin.upper}) EXPECT_EQ(camera->driver, "sim_povray");
   EXPECT_EQ(twin.drive.driver, "sim_povray");
   EXPECT_TRUE(without_differences(real) == without_differences(twin));
   EXPECT_TRUE(real.rig == twin.rig);
@@ -115,14 +115,14 @@ TEST_P(RobotToBuild, HasATwinThatDiffersWhereItMay) {
 
 TEST_P(RobotToBuild, HasDevicesAndTimesThatSuitThem) {
   const Robot real = read(".yaml");
-  for (const CameraEntry* camera : {&real.lower, &real.upper}) {
+  for (const drivers::CameraPart* camera : {&real.lower, &real.upper}) {
     EXPECT_TRUE(camera->driver == "v4l2_camera" || camera->driver == "libcamera_camera") << camera->driver;
     EXPECT_FALSE(camera->device.controls.empty()) << "the exposure must not be automatic";
   }
   EXPECT_NE(real.lower.device.name, real.upper.device.name);
   ASSERT_TRUE(real.drive.serial.has_value());
   EXPECT_TRUE(real.drive.serial->port.starts_with("/dev/serial/by-id/")) << real.drive.serial->port;
-  const double period_s = 1 / real.lower.rate_hz;
+  const double period_s = 1 / real.lower.settings.rate_hz;
   EXPECT_GE(real.max_skew_s, period_s / 2) << "two free-running cameras would have no pair";
   EXPECT_LT(real.max_skew_s, period_s);
   EXPECT_GE(real.drive.command_timeout_s, 4 * period_s) << "a late frame must not stop the wheels";
@@ -183,7 +183,7 @@ TEST_P(ShippedRoom, WanderingKeepsTheRobotClear) {
   const Robot robot = robot_of(GetParam());
   const behaviours::Arena arena = to_arena(read_map(robot.map));
   const behaviours::Body body{robot.body_radius_m, robot.drive.max_speed_mps, robot.drive.wheel_separation_m};
-  const double step_s = 1 / robot.lower.rate_hz;
+  const double step_s = 1 / robot.lower.settings.rate_hz;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     behaviours::Wander wander(body, arena, seed);
     localisation::Pose pose = to_start_pose(robot);

@@ -111,7 +111,7 @@ TEST(ToRobotSettings, TakesEachFieldFromItsPlace) {
   wanted.drive = {.driver = "sim_povray", .limits = limits};
   wanted.max_skew = milliseconds(11);
   wanted.others = {
-      {"aft_2", {.driver = "sim_povray", .settings = {80, 60, 12.5}, .effects = robot.others.at(0).camera.effects}}};
+      {"aft_2", {.driver = "sim_povray", .settings = {80, 60, 12.5}, .effects = robot.others.at(0).part.effects}}};
   drivers::SimulatedWorld& world = wanted.world.emplace();
   world.place = to_place(good_map());
   world.session.name = "nina";
@@ -309,7 +309,7 @@ INSTANTIATE_TEST_SUITE_P(All, MismatchTest, testing::ValuesIn(kMismatches), name
 
 TEST(ToRobotSettings, WhatTheDriversRejectIsAFileErrorToo) {
   Robot robot = good_robot();
-  robot.lower.width_px = -3;
+  robot.lower.settings.width_px = -3;
   const std::string message = message_of([&] { to_robot_settings(robot, good_map(), 1); });
   EXPECT_EQ(message.rfind(robot.file.string() + ": ", 0), 0u) << message;
   EXPECT_NE(message.find("width_px is -3"), std::string::npos) << message;

@@ -162,7 +162,7 @@ TEST_P(Projection, AgreesWithPovrayOnEveryVisibleLandmark) {
       renderer.submit(sim_povray::plain_image(name,
                                               sim_povray::with_pose(scene->view_template({*body}, *camera, ""),
                                                                     scene->pose_text({motion}, motion, map.unit_m)),
-                                              entry.width_px, entry.height_px, 1),
+                                              entry.settings.width_px, entry.settings.height_px, 1),
                       [promise](ImageResult image) { promise->set_value(std::move(image)); });
     }
   }

@@ -91,7 +91,7 @@ inline runlog::RangeRow synthetic_range(const runlog::RunData& run, const runlog
 /// Draws a mirror's image: a grey room, each landmark from its foot's side of the tip to its top.
 inline cv::Mat synthetic_image(const runlog::RunData& run, const vision::MirrorView& view,
                                const runlog::PoseRow& pose) {
-  cv::Mat image(run.robot.lower.height_px, run.robot.lower.width_px, CV_8UC3, cv::Scalar::all(20));
+  cv::Mat image(run.robot.lower.settings.height_px, run.robot.lower.settings.width_px, CV_8UC3, cv::Scalar::all(20));
   const auto& s = view.settings();
   const cv::Point centre(cvRound(s.centre_px.x()), cvRound(s.centre_px.y()));
   cv::circle(image, centre, static_cast<int>(s.rim_radius_px), cv::Scalar(150, 155, 160), cv::FILLED, cv::LINE_AA);

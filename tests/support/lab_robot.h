@@ -27,9 +27,9 @@ inline config::Robot lab_robot(const std::string& driver = "sim_povray") {
 
 /// Gives both cameras images of another size, in which the mirrors' images are central with that radius.
 inline config::Robot with_images(config::Robot robot, int width_px, int height_px, double rim_radius_px) {
-  for (config::CameraEntry* const camera : {&robot.lower, &robot.upper}) {
-    camera->width_px = width_px;
-    camera->height_px = height_px;
+  for (drivers::CameraPart* const camera : {&robot.lower, &robot.upper}) {
+    camera->settings.width_px = width_px;
+    camera->settings.height_px = height_px;
   }
   for (config::RigView* const view : {&robot.rig.lower, &robot.rig.upper}) {
     view->centre_px = {(width_px - 1) / 2.0, (height_px - 1) / 2.0};

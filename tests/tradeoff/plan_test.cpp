@@ -63,7 +63,7 @@ TEST(Plan, EpisodesAreFreeOfObstaclesAndDependOnTheSeedOnly) {
     localisation::Pose pose{episode.from.x_m, episode.from.y_m, episode.from.heading_rad};
     for (int k = 0; k < kStepsOfEpisode; ++k) {
       EXPECT_GT(arena.clearance_m({pose.x_m, pose.y_m}), lab.robot.body_radius_m) << "episode " << i << ", step " << k;
-      const double way = lab.robot.drive.wheel_radius_m / lab.robot.lower.rate_hz;
+      const double way = lab.robot.drive.wheel_radius_m / lab.robot.lower.settings.rate_hz;
       pose = localisation::drive_arc(pose, episode.speeds.left_radps * way, episode.speeds.right_radps * way,
                                      lab.robot.drive.wheel_separation_m);
     }
@@ -129,10 +129,10 @@ TEST(Setting, RobotOfScalesImagesAndRigAlike) {
   setting.rate_hz = 5;
   const std::vector<std::string> names{"blue", "red", "cyan", "green", "magenta", "yellow"};
   const config::Robot robot = robot_of(setting, lab.robot, names);
-  EXPECT_EQ(robot.lower.width_px, 320);
-  EXPECT_EQ(robot.upper.height_px, 240);
+  EXPECT_EQ(robot.lower.settings.width_px, 320);
+  EXPECT_EQ(robot.upper.settings.height_px, 240);
   EXPECT_EQ(robot.lower.antialias, 2);
-  EXPECT_EQ(robot.upper.rate_hz, 5);
+  EXPECT_EQ(robot.upper.settings.rate_hz, 5);
   EXPECT_EQ(robot.lower.effects.full_well_electrons, kNoiseElectrons);
   // The middle of the image stays its middle: (w - 1) / 2.
   EXPECT_DOUBLE_EQ(robot.rig.lower.centre_px[0], 159.5);

@@ -292,7 +292,7 @@ class World {
     session.run_ahead_frames = 1'000;  // the sender limits the unfinished images
     const auto host = value_or_throw(sim_povray::SimulationHost::open(settings.world->place));
     session_ = value_or_throw(host->join(session));
-    rate_hz_ = robot.lower.rate_hz;
+    rate_hz_ = robot.lower.settings.rate_hz;
     const auto views = config::to_views(settings);
     for (std::size_t i = 0; i < 2; ++i) {
       CameraSettings camera = i == 0 ? settings.lower.settings : settings.upper.settings;

@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "base/complaints.h"
+#include "base/errors.h"
 
 namespace twocone::vision::calibration {
 namespace {

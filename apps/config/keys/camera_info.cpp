@@ -71,11 +71,11 @@ void read_distortion(Section& root, RigView& view) {
 
 }  // namespace
 
-void read_camera_info(const CameraEntry& camera, const std::string& name, RigView& view) {
+void read_camera_info(const drivers::CameraPart& camera, const std::string& name, RigView& view) {
   Reading reading(load_yaml(view.camera_info), view.camera_info);
   Section& root = reading.root();
-  read_size(root, "image_width", "width of the image", camera.width_px, name);
-  read_size(root, "image_height", "height of the image", camera.height_px, name);
+  read_size(root, "image_width", "width of the image", camera.settings.width_px, name);
+  read_size(root, "image_height", "height of the image", camera.settings.height_px, name);
   read_camera_matrix(root, view);
   read_distortion(root, view);
   for (const char* const key : kUnused) root.has(key);

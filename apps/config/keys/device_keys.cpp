@@ -37,7 +37,7 @@ void read_controls(Section& controls, bool whole, CameraDevice& device) {
 
 }  // namespace
 
-void read_camera_device(Section& section, CameraEntry& camera) {
+void read_camera_device(Section& section, drivers::CameraPart& camera) {
   using Keys = drivers::Backend::Keys;
   const drivers::Backend* const driver = drivers::find_backend(camera.driver);
   const bool has_integers = driver != nullptr && driver->keys == Keys::kCameraWithIntegers;

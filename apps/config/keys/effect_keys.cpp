@@ -193,8 +193,8 @@ void set_effects(YAML::Node& robot, const Effects& changed, const Effects& read)
   replace(robot, "effects", node);
 }
 
-void set_camera_effects(YAML::Node& robot, const std::string& name, const CameraEntry& changed, const CameraEntry& read,
-                        const std::filesystem::path& file) {
+void set_camera_effects(YAML::Node& robot, const std::string& name, const drivers::CameraPart& changed,
+                        const drivers::CameraPart& read, const std::filesystem::path& file) {
   if (changed.effects == read.effects) return;
   if (read.driver != drivers::kSimPovray) {
     throw FileError("{}: cameras.{}.effects cannot be changed, must be absent: driver {} has no such setting",

@@ -35,7 +35,7 @@ void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& 
 /// @param camera the camera to which the file must belong. @param name of that camera, for messages: "cameras.lower of
 /// robots/lab.yaml"
 /// @throws FileError with one line for each bad key, as read_robot
-void read_camera_info(const CameraEntry& camera, const std::string& name, RigView& view);
+void read_camera_info(const drivers::CameraPart& camera, const std::string& name, RigView& view);
 
 // ---- effects: those of the simulated body, `effects.camera` for all cameras, `cameras.NAME.effects` for one
 
@@ -62,13 +62,13 @@ void set_effects(YAML::Node& robot, const Effects& changed, const Effects& read)
 /// Writes the keys of `cameras.NAME.effects` that differ from `read`. Values of `effects.camera` are not repeated,
 /// except for keys on which others depend. @param file named in messages
 /// @throws FileError if the effects of a real camera differ
-void set_camera_effects(YAML::Node& robot, const std::string& name, const CameraEntry& changed, const CameraEntry& read,
-                        const std::filesystem::path& file);
+void set_camera_effects(YAML::Node& robot, const std::string& name, const drivers::CameraPart& changed,
+                        const drivers::CameraPart& read, const std::filesystem::path& file);
 
 // ---- drive and cameras: the keys of real devices, which must be absent for all other drivers
 
 /// Reads device, format and controls of a camera. The driver must be set.
-void read_camera_device(Section& section, CameraEntry& camera);
+void read_camera_device(Section& section, drivers::CameraPart& camera);
 /// Reads protocol, port and the other keys of a drive. The driver must be set.
 void read_serial_drive(Section& section, Drive& drive);
 

@@ -133,7 +133,7 @@ Status TruthWriter::write(const std::filesystem::path& run, const runlog::FrameR
   const auto others = sim_povray::moved_blocks(place_, frame.lower.header().captured.since_zero);
   for (const auto& [view, camera] : {std::pair{"lower", &robot_->lower}, {"upper", &robot_->upper}}) {
     const auto pixels = sim_povray::reflected_truth(
-        place_, robot, {view + ending_, camera->width_px, camera->height_px}, landmarks_, others);
+        place_, robot, {view + ending_, camera->settings.width_px, camera->settings.height_px}, landmarks_, others);
     if (!pixels) return pixels.error();
     runlog::write_truth(runlog::truth_file(run, view, record.frame.frame), *pixels, landmarks_);
   }

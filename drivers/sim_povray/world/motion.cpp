@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/complaints.h"
 #include "base/errors.h"
 
 namespace twocone::sim_povray {
