@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/errors.h"
 #include "base/plane.h"
 #include "vision/method_arguments.h"
 #include "vision/outline/view_fitter.h"
