@@ -26,15 +26,25 @@ using InvalidArgument = Formatted<std::invalid_argument>;
 /// Reports what is wrong outside the program, for example in a file.
 using FormattedError = Formatted<std::runtime_error>;
 
-/// Collects complaints about the fields of a struct, or about arguments.
+inline bool is_positive(double value) { return value > 0 && std::isfinite(value); }
+
+/// Collects complaints about the fields of a struct, or about arguments, so that one exception names all of them.
 class Complaints {
  public:
   template <typename... Args>
   void add(fmt::format_string<Args...> format, Args&&... args) {
     text_ += ' ' + fmt::format(format, std::forward<Args>(args)...) + ';';
   }
+  template <typename... Args>
+  void require(bool good, fmt::format_string<Args...> format, Args&&... args) {
+    if (!good) add(format, std::forward<Args>(args)...);
+  }
+  /// Adds "NAME is VALUE, must be RULE" unless the value is `good`.
+  void require_field(bool good, std::string_view name, double value, std::string_view rule) {
+    require(good, "{} is {}, must be {}", name, value, rule);
+  }
   void positive(std::string_view name, double value, std::string_view unit) {
-    if (!(value > 0) || !std::isfinite(value)) add("{} is {} {}, must be > 0 and finite", name, value, unit);
+    require(is_positive(value), "{} is {} {}, must be > 0 and finite", name, value, unit);
   }
   void not_negative(std::string_view name, double value, std::string_view unit) {
     if (!(value >= 0) || !std::isfinite(value)) add("{} is {} {}, must be >= 0 and finite", name, value, unit);

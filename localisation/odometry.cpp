@@ -2,10 +2,6 @@
 #include "localisation/odometry.h"
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
-
-#include <fmt/format.h>
 
 #include "base/errors.h"
 
@@ -26,16 +22,13 @@ Pose drive_arc(const Pose& pose, double left_m, double right_m, double separatio
 }
 
 Odometry::Odometry(const WheelGeometry& wheels, const Pose& start) : wheels_(wheels), pose_(start) {
-  std::string bad;
-  const auto require = [&bad](bool good, const char* field, double value, const char* rule) {
-    if (!good) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
-  };
-  require(wheels.radius_m > 0 && std::isfinite(wheels.radius_m), "radius_m", wheels.radius_m, "> 0 m");
-  require(wheels.separation_m > 0 && std::isfinite(wheels.separation_m), "separation_m", wheels.separation_m, "> 0 m");
-  require(std::isfinite(start.x_m), "start.x_m", start.x_m, "a finite number of m");
-  require(std::isfinite(start.y_m), "start.y_m", start.y_m, "a finite number of m");
-  require(std::isfinite(start.heading_rad), "start.heading_rad", start.heading_rad, "a finite number of rad");
-  if (!bad.empty()) throw std::invalid_argument("Odometry:" + bad);
+  base::Complaints bad;
+  bad.require_field(base::is_positive(wheels.radius_m), "radius_m", wheels.radius_m, "> 0 m");
+  bad.require_field(base::is_positive(wheels.separation_m), "separation_m", wheels.separation_m, "> 0 m");
+  bad.require_field(std::isfinite(start.x_m), "start.x_m", start.x_m, "a finite number of m");
+  bad.require_field(std::isfinite(start.y_m), "start.y_m", start.y_m, "a finite number of m");
+  bad.require_field(std::isfinite(start.heading_rad), "start.heading_rad", start.heading_rad, "a finite number of rad");
+  bad.raise("Odometry");
   pose_.heading_rad = wrap_angle_rad(start.heading_rad);
 }
 

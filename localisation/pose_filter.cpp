@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
-#include <string>
 
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
@@ -209,16 +208,13 @@ PoseEstimate PoseHypothesis::estimate() const {
 }
 
 PoseFilter::PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise) : wheels_(wheels), noise_(noise) {
-  std::string bad;
-  const auto require = [&bad](bool good, const char* field, double value, const char* rule) {
-    if (!good || !std::isfinite(value)) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
-  };
-  require(wheels.radius_m > 0, "radius_m", wheels.radius_m, "> 0 m");
-  require(wheels.separation_m > 0, "separation_m", wheels.separation_m, "> 0 m");
-  require(noise.slip >= 0, "slip", noise.slip, ">= 0");
-  require(noise.correlation_s > 0, "correlation_s", noise.correlation_s, "> 0 s");
-  require(noise.angle_rad > 0, "angle_rad", noise.angle_rad, "> 0 rad");
-  if (!bad.empty()) throw std::invalid_argument("PoseFilter:" + bad);
+  base::Complaints bad;
+  bad.require_field(base::is_positive(wheels.radius_m), "radius_m", wheels.radius_m, "> 0 m");
+  bad.require_field(base::is_positive(wheels.separation_m), "separation_m", wheels.separation_m, "> 0 m");
+  bad.require_field(noise.slip >= 0 && std::isfinite(noise.slip), "slip", noise.slip, ">= 0");
+  bad.require_field(base::is_positive(noise.correlation_s), "correlation_s", noise.correlation_s, "> 0 s");
+  bad.require_field(base::is_positive(noise.angle_rad), "angle_rad", noise.angle_rad, "> 0 rad");
+  bad.raise("PoseFilter");
 }
 
 void PoseFilter::predict(double t_s, double left_rad, double right_rad) {

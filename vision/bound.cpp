@@ -4,13 +4,11 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
-#include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "base/errors.h"
 #include "vision/method_arguments.h"
 #include "vision/ranging.h"
 
@@ -167,15 +165,12 @@ class LandmarkOutline {
 
 std::optional<Eigen::Matrix2d> sighting_information(const MirrorView& view, const Landmark& target,
                                                     const Eigen::Vector2d& p_BL_m, double edge_noise_px) {
-  std::string bad;
-  if (!(edge_noise_px > 0) || !std::isfinite(edge_noise_px)) {
-    bad += fmt::format(" edge_noise_px is {} px, must be > 0;", edge_noise_px);
-  }
-  bad += bad_radius(target);
-  if (!std::isfinite(target.top_m)) {
-    bad += fmt::format(" top of '{}' is {} m, must be a finite number of m;", target.name, target.top_m);
-  }
-  if (!bad.empty()) throw std::invalid_argument("sighting_information:" + bad);
+  base::Complaints bad;
+  bad.require(base::is_positive(edge_noise_px), "edge_noise_px is {} px, must be > 0", edge_noise_px);
+  check_radius(bad, target);
+  bad.require(std::isfinite(target.top_m), "top of '{}' is {} m, must be a finite number of m", target.name,
+              target.top_m);
+  bad.raise("sighting_information");
 
   const auto near_m = near_top_point(view, p_BL_m, target.radius_m, target.top_m);
   if (!near_m || !view.project(*near_m) || !(p_BL_m.norm() > 0)) return std::nullopt;

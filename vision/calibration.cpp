@@ -6,9 +6,7 @@
 #include <stdexcept>
 
 #include "base/quantile.h"
-#include "vision/calibration/answer.h"
 #include "vision/calibration/bundle.h"
-#include "vision/calibration/problem_rows.h"
 
 namespace twocone::vision {
 

@@ -2,13 +2,10 @@
 #pragma once
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
@@ -17,14 +14,12 @@
 
 namespace twocone::vision {
 
-/// Returns the error message for the image sizes given to a method; empty if both sizes are valid.
-inline std::string bad_sizes(cv::Size lower, cv::Size upper) {
-  std::string bad;
+/// Checks the image sizes given to a method.
+inline void check_sizes(base::Complaints& bad, cv::Size lower, cv::Size upper) {
   for (const auto& [view, size] : {std::pair{"lower", lower}, std::pair{"upper", upper}}) {
-    if (size.width > 0 && size.height > 0) continue;
-    bad += fmt::format(" the {} image's size is {} x {} px, both must be > 0;", view, size.width, size.height);
+    bad.require(size.width > 0 && size.height > 0, "the {} image's size is {} x {} px, both must be > 0", view,
+                size.width, size.height);
   }
-  return bad;
 }
 
 /// @throws std::invalid_argument for an image of another type than CV_8UC3, or of another size
@@ -34,10 +29,9 @@ inline void check_image(std::string_view method, const char* view, const cv::Mat
                               view, image.cols, image.rows, image.channels(), size.width, size.height);
 }
 
-/// Returns the error message for a landmark's radius; empty if it is valid.
-inline std::string bad_radius(const Landmark& landmark) {
-  if (landmark.radius_m > 0 && std::isfinite(landmark.radius_m)) return {};
-  return fmt::format(" radius of '{}' is {} m, must be > 0;", landmark.name, landmark.radius_m);
+inline void check_radius(base::Complaints& bad, const Landmark& landmark) {
+  bad.require(base::is_positive(landmark.radius_m), "radius of '{}' is {} m, must be > 0", landmark.name,
+              landmark.radius_m);
 }
 
 /// Returns the landmarks' colours in their order, as HueLabels and ColourTable take them.

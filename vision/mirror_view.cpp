@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
 
-#include <fmt/format.h>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "base/errors.h"
 #include "base/plane.h"
 
 namespace twocone::vision {
@@ -20,29 +18,23 @@ namespace {
 // double's rounding, 1e-16, unless the curvature of the model is some hundred times its slope.
 constexpr double kLastStep = 1e-9;
 
-void require(std::string& bad, bool good, const char* field, double value, const char* rule) {
-  if (!good) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
-}
-bool is_positive(double x) { return x > 0 && std::isfinite(x); }
-
 void check(const LensDistortion& distortion) {
-  std::string bad;
+  base::Complaints bad;
   const std::size_t terms = distortion.coefficients.size();
-  if (terms != 4 && terms != 5 && terms != 8) {
-    bad += fmt::format(" distortion has {} coefficients, must have 4, 5 or 8;", terms);
-  }
+  bad.require(terms == 4 || terms == 5 || terms == 8, "distortion has {} coefficients, must have 4, 5 or 8", terms);
   for (std::size_t i = 0; i < terms; ++i) {
     const double k = distortion.coefficients[i];
-    if (!std::isfinite(k)) bad += fmt::format(" distortion coefficient {} is {}, must be a finite number;", i, k);
+    bad.require(std::isfinite(k), "distortion coefficient {} is {}, must be a finite number", i, k);
   }
   for (const int i : {0, 1}) {
     const double focal = distortion.focal_px[i];
     const double principal = distortion.principal_px[i];
-    require(bad, is_positive(focal), i == 0 ? "distortion focal_px x" : "distortion focal_px y", focal, "> 0 px");
-    require(bad, std::isfinite(principal), i == 0 ? "distortion principal_px x" : "distortion principal_px y",
-            principal, "a finite number of px");
+    bad.require_field(base::is_positive(focal), i == 0 ? "distortion focal_px x" : "distortion focal_px y", focal,
+                      "> 0 px");
+    bad.require_field(std::isfinite(principal), i == 0 ? "distortion principal_px x" : "distortion principal_px y",
+                      principal, "a finite number of px");
   }
-  if (!bad.empty()) throw std::invalid_argument("Lens:" + bad);
+  bad.raise("Lens");
 }
 
 // A point on the rim must not fall outside it by the rounding of project() or of the caller's own arithmetic.
@@ -52,24 +44,24 @@ constexpr double kRimSlackBehindLens = 1 + 256 * std::numeric_limits<double>::ep
 constexpr double kMostTilt_rad = std::numbers::pi / 4;
 
 void check(const MirrorViewSettings& s) {
-  std::string bad;
-  require(bad, s.cone.apex_rad > 0 && s.cone.apex_rad < std::numbers::pi, "cone.apex_rad", s.cone.apex_rad,
-          "between 0 and pi rad");
-  require(bad, is_positive(s.cone.rim_radius_m), "cone.rim_radius_m", s.cone.rim_radius_m, "> 0 m");
-  require(bad, is_positive(s.cone.lens_to_tip_m), "cone.lens_to_tip_m", s.cone.lens_to_tip_m, "> 0 m");
-  require(bad, std::isfinite(s.lens_height_m), "lens_height_m", s.lens_height_m, "a finite number of m");
-  require(bad, std::isfinite(s.centre_px.x()), "centre_px column", s.centre_px.x(), "a finite number of px");
-  require(bad, std::isfinite(s.centre_px.y()), "centre_px row", s.centre_px.y(), "a finite number of px");
-  require(bad, is_positive(s.rim_radius_px), "rim_radius_px", s.rim_radius_px, "> 0 px");
-  require(bad, std::isfinite(s.azimuth_rad), "azimuth_rad", s.azimuth_rad, "a finite number of rad");
+  base::Complaints bad;
+  bad.require_field(s.cone.apex_rad > 0 && s.cone.apex_rad < std::numbers::pi, "cone.apex_rad", s.cone.apex_rad,
+                    "between 0 and pi rad");
+  bad.require_field(base::is_positive(s.cone.rim_radius_m), "cone.rim_radius_m", s.cone.rim_radius_m, "> 0 m");
+  bad.require_field(base::is_positive(s.cone.lens_to_tip_m), "cone.lens_to_tip_m", s.cone.lens_to_tip_m, "> 0 m");
+  bad.require_field(std::isfinite(s.lens_height_m), "lens_height_m", s.lens_height_m, "a finite number of m");
+  bad.require_field(std::isfinite(s.centre_px.x()), "centre_px column", s.centre_px.x(), "a finite number of px");
+  bad.require_field(std::isfinite(s.centre_px.y()), "centre_px row", s.centre_px.y(), "a finite number of px");
+  bad.require_field(base::is_positive(s.rim_radius_px), "rim_radius_px", s.rim_radius_px, "> 0 px");
+  bad.require_field(std::isfinite(s.azimuth_rad), "azimuth_rad", s.azimuth_rad, "a finite number of rad");
   for (const int i : {0, 1}) {
     const bool is_x = i == 0;
-    require(bad, std::abs(s.tilt_rad[i]) < kMostTilt_rad, is_x ? "tilt_rad about x" : "tilt_rad about y", s.tilt_rad[i],
-            "within a quarter of pi rad either way");
-    require(bad, std::isfinite(s.axis_offset_m[i]), is_x ? "axis_offset_m x" : "axis_offset_m y", s.axis_offset_m[i],
-            "a finite number of m");
+    bad.require_field(std::abs(s.tilt_rad[i]) < kMostTilt_rad, is_x ? "tilt_rad about x" : "tilt_rad about y",
+                      s.tilt_rad[i], "within a quarter of pi rad either way");
+    bad.require_field(std::isfinite(s.axis_offset_m[i]), is_x ? "axis_offset_m x" : "axis_offset_m y",
+                      s.axis_offset_m[i], "a finite number of m");
   }
-  if (!bad.empty()) throw std::invalid_argument("MirrorView:" + bad);
+  bad.raise("MirrorView");
 }
 
 }  // namespace

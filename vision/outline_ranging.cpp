@@ -6,10 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <stdexcept>
 
-#include <fmt/format.h>
-
+#include "base/errors.h"
 #include "base/plane.h"
 #include "vision/method_arguments.h"
 #include "vision/outline/view_fitter.h"
@@ -27,18 +25,17 @@ constexpr double kTellingWidth_px = 8;
 constexpr double kSameBearing_rad = 4 * std::numbers::pi / 180;
 
 void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper) {
-  std::string bad = bad_sizes(lower, upper);
+  base::Complaints bad;
+  check_sizes(bad, lower, upper);
   for (const Landmark& target : targets) {
-    bad += bad_radius(target);
-    if (!(target.top_m > 0) || !std::isfinite(target.top_m)) {
-      bad += fmt::format(" top of '{}' is {} m, must be > 0;", target.name, target.top_m);
-    }
+    check_radius(bad, target);
+    bad.require(base::is_positive(target.top_m), "top of '{}' is {} m, must be > 0", target.name, target.top_m);
     if (target.greatest_range_m && !(*target.greatest_range_m > target.radius_m)) {
-      bad += fmt::format(" greatest range of '{}' is {} m, must be > its radius, {} m;", target.name,
-                         *target.greatest_range_m, target.radius_m);
+      bad.add("greatest range of '{}' is {} m, must be > its radius, {} m", target.name, *target.greatest_range_m,
+              target.radius_m);
     }
   }
-  if (!bad.empty()) throw std::invalid_argument("method outline:" + bad);
+  bad.raise("method outline");
 }
 
 /// The state of one landmark of a frame.

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
-#include <fmt/format.h>
-
+#include "base/errors.h"
 #include "vision/method_arguments.h"
 
 namespace twocone::vision {
@@ -20,39 +18,38 @@ constexpr double kApexTolerance_rad = 1e-9;
 constexpr double kRunGap_px = 3;
 
 void check(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size) {
-  std::string bad = bad_sizes(lower_size, upper_size);
+  base::Complaints bad;
+  check_sizes(bad, lower_size, upper_size);
   const auto& lower = rig.lower.settings().cone;
   const auto& upper = rig.upper.settings().cone;
   for (const auto& [view, cone] : {std::pair{"lower", lower}, std::pair{"upper", upper}}) {
     if (std::abs(cone.apex_rad - std::numbers::pi / 2) > kApexTolerance_rad) {
-      bad +=
-          fmt::format(" the {} mirror's apex is {} rad, equations 1 and 2 hold for pi / 2 only;", view, cone.apex_rad);
+      bad.add("the {} mirror's apex is {} rad, equations 1 and 2 hold for pi / 2 only", view, cone.apex_rad);
     }
   }
   if (lower.rim_radius_m != upper.rim_radius_m || lower.lens_to_tip_m != upper.lens_to_tip_m) {
-    bad += fmt::format(
-        " R and d are {} m and {} m below but {} m and {} m above, equation 1 has one R and one d for both mirrors;",
-        lower.rim_radius_m, lower.lens_to_tip_m, upper.rim_radius_m, upper.lens_to_tip_m);
+    bad.add("R and d are {} m and {} m below but {} m and {} m above, equation 1 has one R and one d for both mirrors",
+            lower.rim_radius_m, lower.lens_to_tip_m, upper.rim_radius_m, upper.lens_to_tip_m);
   }
   for (const auto& [name, view] : {std::pair{"lower", &rig.lower}, std::pair{"upper", &rig.upper}}) {
     const MirrorViewSettings& s = view->settings();
     if (!s.tilt_rad.isZero(0)) {
-      bad += fmt::format(" the {} mirror's tilt_rad is [{}, {}], equation 1 holds for upright mirrors only;", name,
-                         s.tilt_rad.x(), s.tilt_rad.y());
+      bad.add("the {} mirror's tilt_rad is [{}, {}], equation 1 holds for upright mirrors only", name, s.tilt_rad.x(),
+              s.tilt_rad.y());
     }
     if (!s.axis_offset_m.isZero(0)) {
-      bad += fmt::format(" the {} mirror's axis_offset_m is [{}, {}], equation 1 has both mirrors on one axis;", name,
-                         s.axis_offset_m.x(), s.axis_offset_m.y());
+      bad.add("the {} mirror's axis_offset_m is [{}, {}], equation 1 has both mirrors on one axis", name,
+              s.axis_offset_m.x(), s.axis_offset_m.y());
     }
     if (view->has_distortion()) {
-      bad += fmt::format(" the {} view has a lens distortion, equation 1 holds for pinhole cameras only;", name);
+      bad.add("the {} view has a lens distortion, equation 1 holds for pinhole cameras only", name);
     }
   }
   if (!(rig.mirror_separation_m() > 0)) {
-    bad += fmt::format(" the upper mirror is {} m above the lower one, must be > 0;", rig.mirror_separation_m());
+    bad.add("the upper mirror is {} m above the lower one, must be > 0", rig.mirror_separation_m());
   }
-  for (const Landmark& target : targets) bad += bad_radius(target);
-  if (!bad.empty()) throw std::invalid_argument("method paper:" + bad);
+  for (const Landmark& target : targets) check_radius(bad, target);
+  bad.raise("method paper");
 }
 
 /// The circles of PaperRanging::lower_rings_. Pixels beyond the image's edge are left out.

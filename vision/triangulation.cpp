@@ -6,11 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
-#include <fmt/format.h>
 #include <Eigen/QR>
 
 #include "base/errors.h"
@@ -249,10 +246,10 @@ std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray) 
 
 Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
                           std::optional<double> top_m) {
-  std::string bad;
-  if (!(radius_m > 0) || !std::isfinite(radius_m)) bad += fmt::format(" radius_m is {} m, must be > 0;", radius_m);
-  if (top_m && !std::isfinite(*top_m)) bad += fmt::format(" top_m is {} m, must be finite;", *top_m);
-  if (!bad.empty()) throw std::invalid_argument("triangulate:" + bad);
+  base::Complaints bad;
+  bad.require(base::is_positive(radius_m), "radius_m is {} m, must be > 0", radius_m);
+  if (top_m) bad.finite("top_m", *top_m, "m");
+  bad.raise("triangulate");
 
   std::array<ViewSighting, 2> seen{};
   std::size_t count = 0;

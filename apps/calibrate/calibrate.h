@@ -87,17 +87,6 @@ struct ChosenFrames {
 /// Chooses about `count` frames, spread evenly from the first to the last of each run.
 ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);
 
-/// The sightings of the landmarks with `rig`.
-struct Sighted {
-  std::vector<vision::CalibrationFrame> frames;
-  std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
-};
-Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
-              const std::function<void(double)>& progress);
-
-/// Returns about thirty images of one view from the chosen frames. Unreadable images are left out.
-std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side side);
-
 // ---- output
 
 /// Returns the table for a terminal: at most 100 columns, in millimetres, degrees and pixels.

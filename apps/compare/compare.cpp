@@ -5,13 +5,13 @@
 #include <array>
 #include <future>
 #include <mutex>
-#include <stdexcept>
 #include <tuple>
 
 #include <fmt/format.h>
 
 #include "apps/compare/both_runs.h"
 #include "apps/compare/findings.h"
+#include "base/errors.h"
 
 namespace twocone::compare {
 namespace {
@@ -23,17 +23,16 @@ constexpr std::size_t kExhibits = 6;
 constexpr int kHeldOutFrames = 60;  // that measure the gap of ranges
 
 void check(const Settings& settings) {
-  std::string bad;
+  base::Complaints bad;
   for (const auto& [name, value, least] :
        {std::tuple{"fit_frames", settings.fit_frames, int(vision::CalibrationResult::kMinFrames)},
         {"every", settings.every, 1},
         {"jobs", settings.jobs, 1}}) {
-    if (value < least) bad += fmt::format(" {} is {}, must be >= {};", name, value, least);
+    bad.require(value >= least, "{} is {}, must be >= {}", name, value, least);
   }
-  if (!(settings.false_alarm > 0 && settings.false_alarm < 1)) {
-    bad += fmt::format(" false_alarm is {}, must be within 0 and 1;", settings.false_alarm);
-  }
-  if (!bad.empty()) throw std::invalid_argument("compare:" + bad);
+  bad.require_field(settings.false_alarm > 0 && settings.false_alarm < 1, "false_alarm", settings.false_alarm,
+                    "within 0 and 1");
+  bad.raise("compare");
 }
 
 std::vector<double> times_of(const runlog::RunData& run) {

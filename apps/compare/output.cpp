@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,8 +27,7 @@ std::string decimal(const std::optional<double>& value) {
 /// Returns a paragraph of a terminal's width.
 std::string paragraph(const std::string& first, const std::string& text) {
   constexpr std::size_t kColumns = 100;
-  std::istringstream stream(text);
-  return report::wrapped(kColumns, first, "    ", {std::istream_iterator<std::string>(stream), {}});
+  return report::paragraph(kColumns, first, "    ", text);
 }
 
 /// A smaller share of a gap gets no line of its own.

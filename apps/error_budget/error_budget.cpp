@@ -8,12 +8,12 @@
 #include <stdexcept>
 #include <utility>
 
-#include <fmt/format.h>
 #include <Eigen/Dense>
 
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/to_layers.h"
 #include "apps/error_budget/viewpoint.h"
+#include "base/errors.h"
 
 namespace twocone::error_budget {
 namespace {
@@ -25,13 +25,10 @@ constexpr double kStep_sigmas = 0.01;
 constexpr int kBearings = 9;
 
 void check(const ErrorBudgetSettings& s) {
-  std::string bad;
-  const auto require = [&bad](bool good, const char* field, double value, const char* rule) {
-    if (!good) bad += fmt::format(" {} is {}, must be {};", field, value, rule);
-  };
-  require(s.edge_noise_px > 0 && std::isfinite(s.edge_noise_px), "edge_noise_px", s.edge_noise_px, "> 0 px");
-  require(s.range_m > 0 && std::isfinite(s.range_m), "range_m", s.range_m, "> 0 m");
-  require(s.draws >= 1, "draws", s.draws, ">= 1");
+  base::Complaints bad;
+  bad.require_field(base::is_positive(s.edge_noise_px), "edge_noise_px", s.edge_noise_px, "> 0 px");
+  bad.require_field(base::is_positive(s.range_m), "range_m", s.range_m, "> 0 m");
+  bad.require_field(s.draws >= 1, "draws", s.draws, ">= 1");
   for (const auto& [name, size] : {std::pair{"rim_radius_px", s.rim_radius_px},
                                    {"centre_px", s.centre_px},
                                    {"focal_share", s.focal_share},
@@ -45,11 +42,11 @@ void check(const ErrorBudgetSettings& s) {
                                    {"landmark_place_m", s.landmark_place_m},
                                    {"landmark_top_m", s.landmark_top_m},
                                    {"landmark_radius_m", s.landmark_radius_m}}) {
-    require(size >= 0 && std::isfinite(size), name, size, ">= 0");
+    bad.require_field(size >= 0 && std::isfinite(size), name, size, ">= 0");
   }
-  require(std::isfinite(s.speed_mps), "speed_mps", s.speed_mps, "a finite number of m/s");
-  require(std::isfinite(s.turn_rate_radps), "turn_rate_radps", s.turn_rate_radps, "a finite number of rad/s");
-  if (!bad.empty()) throw std::invalid_argument("error_budget:" + bad);
+  bad.require_field(std::isfinite(s.speed_mps), "speed_mps", s.speed_mps, "a finite number of m/s");
+  bad.require_field(std::isfinite(s.turn_rate_radps), "turn_rate_radps", s.turn_rate_radps, "a finite number of rad/s");
+  bad.raise("error_budget");
 }
 
 /// The mean of the squares that were added, and the number of missing answers.

@@ -95,15 +95,7 @@ std::string head(const runlog::Summary& summary, const runlog::RunInfo& info, co
   }
   text += wrapped(kWidth, "", "  ", listed(facts));
   if (!info.finished) text += "This run was cut off: the results below are of the frames that it finished.\n";
-
-  std::vector<std::string> words;
-  std::string command = repeat_command(info, robot, summary.method);
-  for (std::size_t at = command.find(" --"); at != std::string::npos; at = command.find(" --")) {
-    words.push_back(command.substr(0, at));
-    command = command.substr(at + 1);
-  }
-  words.push_back(command);
-  return text + wrapped(kWidth, "repeat: ", "          ", words, " \\");
+  return text + repeat_lines(kWidth, repeat_command(info, robot, summary.method));
 }
 
 std::string device_lines(const runlog::CaptureSummary& capture, const runlog::RunInfo& info) {

@@ -44,8 +44,8 @@ struct Images {
   int antialias = 1;  ///< rays per pixel side
   Effects effects = Effects::kScene;
 
-  friend auto operator<=>(const Images&,
-                          const Images&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 misreads it
+  friend auto operator<=>(const Images&, const Images&) = default;
 };
 
 /// One configuration of a robot's vision and localisation.
@@ -61,15 +61,15 @@ struct Setting {
   /// Returns whether fixes use bearings; those of method paper never do.
   [[nodiscard]] bool uses_bearings() const { return bearings && level != Level::kPaper; }
 
-  friend auto operator<=>(const Setting&,
-                          const Setting&) = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 misreads it
+  friend auto operator<=>(const Setting&, const Setting&) = default;
 };
 
 /// The properties in which settings differ, one at a time.
 enum class Axis { kSize, kAntialias, kEffects, kLevel, kLandmarks, kBearings, kRate, kFrames };
 inline constexpr std::array kAllAxes{Axis::kSize,      Axis::kAntialias, Axis::kEffects, Axis::kLevel,
                                      Axis::kLandmarks, Axis::kBearings,  Axis::kRate,    Axis::kFrames};
-/// The place of a setting on an axis. Places sort as conclusions.h states (levels: by Level, then by enough_m). The
+/// The place of a setting on an axis. Places sort as show/wording.h states (levels: by Level, then by enough_m). The
 /// first number is the size, for an axis that has one (pixels of an image, landmarks, frames, ...).
 using AxisPlace = std::pair<double, double>;
 struct AxisFacts {

@@ -3,10 +3,8 @@
 #include <array>
 #include <cmath>
 #include <concepts>
-#include <iterator>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string_view>
 #include <vector>
 
@@ -14,22 +12,17 @@
 #include <fmt/ranges.h>
 
 #include "apps/report/kit/plain_text.h"
-#include "apps/tradeoff/conclusions.h"
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/wording.h"
 
 namespace twocone::tradeoff {
 namespace {
 
-using report::ascii;
-
 constexpr std::size_t kWidth = 120;
 
 /// Returns `text`, wrapped between words.
 std::string paragraph(std::string_view text, std::string_view first = "", std::string_view next = "  ") {
-  std::istringstream plain(ascii(text));
-  const std::vector<std::string> words{std::istream_iterator<std::string>(plain), {}};
-  return report::wrapped(kWidth, first, next, words);
+  return report::paragraph(kWidth, first, next, report::ascii(text));
 }
 
 std::string head(const Sweep& sweep) {
@@ -37,14 +30,7 @@ std::string head(const Sweep& sweep) {
                      paragraph(fmt::format("robot {}, map {}, seed {}, {} episodes, {} settings", sweep.robot,
                                            sweep.map, sweep.seed, sweep.episodes, sweep.settings.size()));
   if (!sweep.machine.empty()) text += paragraph("machine: " + sweep.machine);
-  std::vector<std::string> words;
-  std::string command = sweep.repeat;
-  for (std::size_t at = command.find(" --"); at != std::string::npos; at = command.find(" --")) {
-    words.push_back(command.substr(0, at));
-    command = command.substr(at + 1);
-  }
-  words.push_back(command);
-  text += report::wrapped(kWidth, "repeat: ", "          ", words, " \\") + "\n";
+  text += report::repeat_lines(kWidth, sweep.repeat) + "\n";
   for (const std::string& sentence : rule_sentences()) text += paragraph(sentence);
   return text;
 }

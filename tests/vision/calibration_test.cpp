@@ -17,7 +17,6 @@
 #include "tests/vision/drive_among_landmarks.h"
 #include "vision/calibration/bundle.h"
 #include "vision/calibration/bundle_rows.h"
-#include "vision/calibration/problem_rows.h"
 
 namespace twocone::vision {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/calibration/answer.h"
+#include "vision/calibration/bundle.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +12,7 @@
 
 #include "vision/calibration.h"
 
+/// The bundle adjustment of a calibration: its rows and numbers, its solver, and the way from a problem to its answer.
 namespace twocone::vision::calibration {
 
 /// Index of a number among those of its view.
@@ -149,5 +152,56 @@ double wheel_chi_squared(const BundleData& data, const BundleState& state);
 Eigen::Vector2d residual_px(const BundleData& data, const SightingRow& row, const BundleState& state);
 
 bool has_solver();
+
+// ---- from the problem to its rows
+
+/// @throws std::invalid_argument as calibrate() states
+void check(const CalibrationProblem& problem);
+
+/// The problem as rows, with their origins in the problem.
+struct Bundle {
+  BundleData data;
+  BundleState start;
+  std::vector<SightingResidual> origins;  ///< of data.sightings, in their order
+  std::vector<std::size_t> frames;        ///< of start.poses: index into the problem's frames
+};
+
+/// Makes the rows. Frames without a start pose are left out; their wheel readings then belong to the next frame's
+/// motion.
+Bundle bundle_of(const CalibrationProblem& problem);
+
+/// Returns whether sightings, or pointers to them, are of more than one landmark.
+/// @param landmark their member that identifies the landmark
+template <typename Sightings, typename Landmark>
+bool show_two_landmarks(const Sightings& sightings, Landmark landmark) {
+  return std::ranges::adjacent_find(sightings, std::ranges::not_equal_to{}, landmark) != sightings.end();
+}
+
+/// Variance of the mean of a Gauss-Markov process of variance 1 over `x` time constants: that of a wheel's slip over an
+/// interval.
+double mean_slip_variance(double x);
+
+// ---- from the solution to the answer
+
+/// The shared numbers to hold at their priors: first the one that the data determine worst relative to its prior, then
+/// the next with that one held, until the data determine each of the others at least as well as its prior does.
+/// @param information from shared_information(); landmarks behind the shared numbers are never held
+std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedModel& model);
+
+/// Covariance of the unknowns when those of `held` stay at their priors, whose errors have their own sigmas.
+Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held);
+
+/// Fills in parameters, derived numbers last, and covariance.
+/// @param covariance of the unknowns; landmarks may follow the shared numbers
+void take_parameters(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
+                     const std::vector<int>& held, CalibrationResult& result);
+
+/// The landmarks with at least one used sighting, in the map's order.
+std::vector<std::size_t> seen_landmarks(const BundleData& data);
+
+/// Fills in landmark_shifts and landmark_covariance.
+/// @param covariance of the unknowns; the landmarks follow the shared numbers
+void take_landmark_shifts(const BundleData& data, const BundleState& state, const Eigen::MatrixXd& covariance,
+                          const std::vector<std::size_t>& seen, CalibrationResult& result);
 
 }  // namespace twocone::vision::calibration

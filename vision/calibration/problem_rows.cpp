@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/calibration/problem_rows.h"
+#include "vision/calibration/bundle.h"
 
 #include <cmath>
 #include <optional>
-#include <stdexcept>
-#include <string>
 
-#include <fmt/format.h>
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+
+#include "base/errors.h"
 
 namespace twocone::vision::calibration {
 namespace {
@@ -175,59 +174,55 @@ double mean_slip_variance(double x) {
 }
 
 void check(const CalibrationProblem& problem) {
-  std::string bad;
-  const auto require = [&bad](bool good, const std::string& what) {
-    if (!good) bad += " " + what + ";";
-  };
-  const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
+  base::Complaints bad;
   for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
     const Landmark& l = problem.landmarks[i];
-    require(place_m(l).allFinite() && std::isfinite(l.top_m) && positive(l.radius_m),
-            fmt::format("landmark {} must have a finite place and top and a radius > 0 m", i));
+    bad.require(place_m(l).allFinite() && std::isfinite(l.top_m) && base::is_positive(l.radius_m),
+                "landmark {} must have a finite place and top and a radius > 0 m", i);
   }
   for (std::size_t i = 0; i < problem.frames.size(); ++i) {
     for (const LandmarkSighting& s : problem.frames[i].sightings) {
-      require(s.landmark < problem.landmarks.size(), fmt::format("frame {} has a sighting of landmark {}, there are {}",
-                                                                 i, s.landmark, problem.landmarks.size()));
-      require(s.sighting.pixel_px.allFinite() && s.sighting.covariance_px2.allFinite() &&
-                  s.sighting.covariance_px2.llt().info() == Eigen::Success,
-              fmt::format(
-                  "frame {} has a sighting whose pixel is not finite or whose covariance is not positive definite", i));
+      bad.require(s.landmark < problem.landmarks.size(), "frame {} has a sighting of landmark {}, there are {}", i,
+                  s.landmark, problem.landmarks.size());
+      bad.require(s.sighting.pixel_px.allFinite() && s.sighting.covariance_px2.allFinite() &&
+                      s.sighting.covariance_px2.llt().info() == Eigen::Success,
+                  "frame {} has a sighting whose pixel is not finite or whose covariance is not positive definite", i);
     }
     const auto& sightings = problem.frames[i].sightings;
-    require(std::ranges::all_of(sightings, [](const LandmarkSighting& s) { return std::isfinite(s.late_s); }),
-            fmt::format("frame {} has a sighting whose late_s is not finite", i));
+    bad.require(std::ranges::all_of(sightings, [](const LandmarkSighting& s) { return std::isfinite(s.late_s); }),
+                "frame {} has a sighting whose late_s is not finite", i);
     const BodyTwist twist = problem.frames[i].twist.value_or(BodyTwist{});
-    require(std::isfinite(twist.forward_mps) && std::isfinite(twist.turn_radps),
-            fmt::format("frame {} has a twist that is not finite", i));
+    bad.require(std::isfinite(twist.forward_mps) && std::isfinite(twist.turn_radps),
+                "frame {} has a twist that is not finite", i);
     const auto& wheels = problem.frames[i].wheels;
     for (std::size_t k = 0; k < wheels.size(); ++k) {
-      require(std::isfinite(wheels[k].t_s) && std::isfinite(wheels[k].left_rad) && std::isfinite(wheels[k].right_rad) &&
-                  (k == 0 || wheels[k].t_s >= wheels[k - 1].t_s),
-              fmt::format("frame {} has wheel readings that are not finite or run backwards", i));
+      bad.require(std::isfinite(wheels[k].t_s) && std::isfinite(wheels[k].left_rad) &&
+                      std::isfinite(wheels[k].right_rad) && (k == 0 || wheels[k].t_s >= wheels[k - 1].t_s),
+                  "frame {} has wheel readings that are not finite or run backwards", i);
     }
   }
-  require(problem.systematic_px >= 0 && std::isfinite(problem.systematic_px), "systematic_px must be >= 0");
-  require(problem.landmark_sigma_m >= 0 && std::isfinite(problem.landmark_sigma_m), "landmark_sigma_m must be >= 0");
-  require(problem.height_px[0] >= 0 && problem.height_px[1] >= 0, "height_px must be >= 0");
+  bad.require(problem.systematic_px >= 0 && std::isfinite(problem.systematic_px), "systematic_px must be >= 0");
+  bad.require(problem.landmark_sigma_m >= 0 && std::isfinite(problem.landmark_sigma_m),
+              "landmark_sigma_m must be >= 0");
+  bad.require(problem.height_px[0] >= 0 && problem.height_px[1] >= 0, "height_px must be >= 0");
   const CalibrationPriors& p = problem.priors;
   for (const double prior : {p.length_m, p.centre_px, p.rim_share, p.azimuth_rad, p.tilt_rad, p.axis_offset_m,
                              p.lower_axis_offset_m, p.apex_rad, p.distortion, p.wheel_radius_share, p.wheel_ratio,
                              p.wheel_separation_m, p.latency_s, p.skew_s, p.readout_s}) {
-    require(positive(prior), fmt::format("a prior's sigma is {}, must be > 0", prior));
+    bad.require(base::is_positive(prior), "a prior's sigma is {}, must be > 0", prior);
   }
   if (problem.wheels) {
     const WheelBelief& w = *problem.wheels;
-    require(positive(w.radius_m) && positive(w.separation_m) && positive(w.slip) && positive(w.slip_correlation_s) &&
-                w.angle_step_rad >= 0 && std::isfinite(w.angle_step_rad),
-            "wheels must have radius, separation, slip and its correlation > 0 and an angle step >= 0");
+    bad.require(base::is_positive(w.radius_m) && base::is_positive(w.separation_m) && base::is_positive(w.slip) &&
+                    base::is_positive(w.slip_correlation_s) && w.angle_step_rad >= 0 && std::isfinite(w.angle_step_rad),
+                "wheels must have radius, separation, slip and its correlation > 0 and an angle step >= 0");
   }
   for (const auto& rim : {problem.lower_rim, problem.upper_rim}) {
-    require(!rim || (rim->centre_px.allFinite() && positive(rim->radius_px) && positive(rim->sigma_centre_px) &&
-                     positive(rim->sigma_radius_px)),
-            "a rim must be finite, with radius and sigmas > 0");
+    bad.require(!rim || (rim->centre_px.allFinite() && base::is_positive(rim->radius_px) &&
+                         base::is_positive(rim->sigma_centre_px) && base::is_positive(rim->sigma_radius_px)),
+                "a rim must be finite, with radius and sigmas > 0");
   }
-  if (!bad.empty()) throw std::invalid_argument("calibrate:" + bad);
+  bad.raise("calibrate");
 }
 
 Bundle bundle_of(const CalibrationProblem& problem) {

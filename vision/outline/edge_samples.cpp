@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/outline/edge_samples.h"
+#include "vision/outline/outline_fit.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/outline/outline.h"
+#include "vision/outline/outline_fit.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report/kit/plain_text.h"
 
+#include <iterator>
+#include <sstream>
+
 #include <fmt/format.h>
 #include <boost/locale/utf.hpp>
 
@@ -45,6 +48,21 @@ std::string wrapped(std::size_t width, std::string_view first, std::string_view 
     begun = true;
   }
   return text + line + "\n";
+}
+
+std::string paragraph(std::size_t width, std::string_view first, std::string_view next, std::string_view text) {
+  std::istringstream words{std::string(text)};
+  return wrapped(width, first, next, {std::istream_iterator<std::string>(words), {}});
+}
+
+std::string repeat_lines(std::size_t width, std::string command) {
+  std::vector<std::string> words;
+  for (std::size_t at = command.find(" --"); at != std::string::npos; at = command.find(" --")) {
+    words.push_back(command.substr(0, at));
+    command = command.substr(at + 1);
+  }
+  words.push_back(command);
+  return wrapped(width, "repeat: ", "          ", words, " \\");
 }
 
 /// Returns whether `text` is valid UTF-8 without control characters, so that a terminal shows all of it.

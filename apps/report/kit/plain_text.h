@@ -23,6 +23,12 @@ std::string cut(std::string_view text, std::size_t width);
 std::string wrapped(std::size_t width, std::string_view first, std::string_view next,
                     const std::vector<std::string>& words, std::string_view end = "");
 
+/// Returns `text`, wrapped between words likewise.
+std::string paragraph(std::size_t width, std::string_view first, std::string_view next, std::string_view text);
+
+/// Returns a line that begins with "repeat: " and has a shell's command, wrapped before its options.
+std::string repeat_lines(std::size_t width, std::string command);
+
 /// Returns a word as a POSIX shell needs it: unchanged, or in quotes where it needs them.
 std::string shell_word(const std::string& word);
 

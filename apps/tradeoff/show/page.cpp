@@ -9,7 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "apps/report/kit/html.h"
-#include "apps/tradeoff/conclusions.h"
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/show/wording.h"
 

@@ -8,8 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/tradeoff/conclusions.h"
-
 namespace twocone::tradeoff {
 namespace {
 
