@@ -57,7 +57,7 @@ struct HeldOutFrame {
                                  const Landmark& target) const {
     for (const Source& source : sources) {
       if (!seen || !twist || !source.differs() || !is_of_time(source) || &source == left_as_it_is) continue;
-      const double by_s = late_s(source, side, seen->pixel_px, of_view(real.run.robot, side).height_px);
+      const double by_s = late_s(source, side, seen->pixel_px, of_view(real.run.robot, side).settings.height_px);
       seen = in_time(*seen, of_view(real.found, side), to_m, target, *twist, by_s);
     }
     return seen;
