@@ -67,7 +67,8 @@ class FrameObservation {
 ///
 /// 1. Each view is searched for each landmark's hue (outline/finder.h). Landmarks appear as wedges that point at the
 ///    tip and are found to a pixel or two.
-/// 2. The outline of an upright cylinder, sides and near rim of the top, is projected (outline/outline_fit.h) and compared
+/// 2. The outline of an upright cylinder, sides and near rim of the top, is projected (outline/outline_fit.h) and
+/// compared
 ///    with the pixels that it crosses (outline/outline_fit.h). The landmark's coverage of a pixel is read from the
 ///    pixel's colour in linear light, between the landmark's colour just inside and the background's colour just
 ///    outside. A pixel has more weight the darker it is, and less where its colour is not a mixture of the two. The fit
