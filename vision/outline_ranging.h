@@ -67,13 +67,12 @@ class FrameObservation {
 ///
 /// 1. Each view is searched for each landmark's hue (outline/finder.h). Landmarks appear as wedges that point at the
 ///    tip and are found to a pixel or two.
-/// 2. The outline of an upright cylinder, sides and near rim of the top, is projected (outline/outline_fit.h) and
-/// compared
-///    with the pixels that it crosses (outline/outline_fit.h). The landmark's coverage of a pixel is read from the
-///    pixel's colour in linear light, between the landmark's colour just inside and the background's colour just
-///    outside. A pixel has more weight the darker it is, and less where its colour is not a mixture of the two. The fit
-///    is weighted least squares over range, bearing and the edges' width, in rounds; the last round uses the width and
-///    the noise that all landmarks of the image share.
+/// 2. The outline of an upright cylinder, sides and near rim of the top, is projected and compared with the pixels that
+///    it crosses (outline/outline_fit.h). The landmark's coverage of a pixel is read from the pixel's colour in linear
+///    light, between the landmark's colour just inside and the background's colour just outside. A pixel has more
+///    weight the darker it is, and less where its colour is not a mixture of the two. The fit is weighted least squares
+///    over range, bearing and the edges' width, in rounds; the last round uses the width and the noise that all
+///    landmarks of the image share.
 /// 3. The covariance is that of the fit, scaled by the observed scatter of the edge samples along the outlines. It is
 ///    widened where the two sides are farther apart, or nearer, than those of the cylinder.
 /// 4. triangulate() combines the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
