@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
 #include <sstream>
 #include <tuple>
 
@@ -82,11 +81,12 @@ class Reasons {
           number_of(choice_.validations.size(), "setting tested", "settings tested"),
           describe(sweep_.settings[nearest.setting].setting), figures(nearest));
     }
+    const SettingResult* nearest = nullptr;
     const auto wanted = [this](const SettingResult& s) { return has_target() ? mean_m(s) : s.robot_time_s(); };
-    auto possible = sweep_.settings | std::views::filter(can_be_had);
-    const auto nearest =
-        std::ranges::min_element(possible, {}, [&](const SettingResult& s) { return wanted(s).value; });
-    if (nearest == possible.end()) {
+    for (const SettingResult& s : sweep_.settings) {
+      if (can_be_had(s) && (!nearest || wanted(s).value < wanted(*nearest).value)) nearest = &s;
+    }
+    if (!nearest) {
       return fmt::format("no setting is confirmed: none with the scene's own effects answers in {:.0f} % of the frames",
                          100 * kLeastAnswered);
     }

@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <vector>
 
@@ -53,7 +52,10 @@ void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
   const std::size_t equals = text.find('=');
   const auto found = known.find(text.substr(0, equals));
   if (equals == std::string::npos || found == known.end()) {
-    throw BadUsage("--prior '{}' must be NAME=SIGMA with one of: {}", text, fmt::join(std::views::keys(known), ", "));
+    std::vector<std::string> names;
+    names.reserve(known.size());
+    for (const auto& [name, prior] : known) names.push_back(name);
+    throw BadUsage("--prior '{}' must be NAME=SIGMA with one of: {}", text, fmt::join(names, ", "));
   }
   const std::string number = text.substr(equals + 1);
   char* end = nullptr;
