@@ -34,7 +34,7 @@ Result<CameraSettings> Camera::configure(const CameraSettings& settings) {
 CameraFacts Camera::facts() const {
   CameraFacts facts;
   facts.settings = applied_;
-  do_tell(facts);
+  do_facts(facts);
   return facts;
 }
 

@@ -81,7 +81,7 @@ class Camera {
   virtual Result<Frame> do_grab(std::chrono::milliseconds timeout) = 0;
   virtual void do_stop() noexcept = 0;
   /// Fills in the facts that only the driver knows; `settings` is filled in already.
-  virtual void do_tell(CameraFacts&) const {}
+  virtual void do_facts(CameraFacts&) const {}
 
   CameraSettings applied_{};
   State state_ = State::kClosed;

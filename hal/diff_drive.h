@@ -68,7 +68,7 @@ class DiffDrive {
   Status stop() noexcept { return do_stop(); }
 
   [[nodiscard]] const DriveLimits& limits() const { return limits_; }
-  [[nodiscard]] DriveFacts facts() const { return do_tell(); }
+  [[nodiscard]] DriveFacts facts() const { return do_facts(); }
 
  protected:
   /// @throws std::invalid_argument as check() does.
@@ -78,7 +78,7 @@ class DiffDrive {
   virtual Status do_set_speeds(const WheelSpeeds& speeds) = 0;
   virtual Result<WheelAngles> do_read_angles() = 0;
   virtual Status do_stop() noexcept = 0;
-  [[nodiscard]] virtual DriveFacts do_tell() const { return {}; }
+  [[nodiscard]] virtual DriveFacts do_facts() const { return {}; }
 
   DriveLimits limits_;
 };

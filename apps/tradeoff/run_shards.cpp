@@ -163,7 +163,7 @@ Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder
                                const std::vector<std::size_t>& shards, const Watch& watch,
                                const std::atomic<bool>& stop) {
   sim_povray::RenderSettings render;
-  render.notice = watch.tell;
+  render.notice = watch.report;
   const RunShard run = shard_runner(subject.robot, subject.map, subject.plan, render);
   double all = 0, before = 0;
   for (const std::size_t shard : shards) all += weight_of(subject.plan.shards.at(shard));

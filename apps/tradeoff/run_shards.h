@@ -26,8 +26,8 @@ struct Subject {
 
 /// Receives what happens while shards are run.
 struct Watch {
-  std::function<void(double)> progress;          ///< called with the fraction of all shards that is done
-  std::function<void(const std::string&)> tell;  ///< called from any thread with a line for the user
+  std::function<void(double)> progress;            ///< called with the fraction of all shards that is done
+  std::function<void(const std::string&)> report;  ///< called from any thread with a line for the user
 };
 
 /// Runs shards of the plan one after the other and adds each to the folder when it is complete. A shard

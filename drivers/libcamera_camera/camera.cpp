@@ -130,7 +130,7 @@ class LibcameraCamera final : public Camera {
     stream_.reset();
   }
 
-  void do_tell(CameraFacts& facts) const override {
+  void do_facts(CameraFacts& facts) const override {
     facts.device = fmt::format("{} ({})", model_, id_);
     if (format_) facts.format = format_->name;
     facts.has_rate = controls_.rate_hz.has_value();

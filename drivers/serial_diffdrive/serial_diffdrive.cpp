@@ -159,7 +159,7 @@ class SerialDiffDrive final : public DiffDrive {
     }
   }
 
-  [[nodiscard]] DriveFacts do_tell() const override {
+  [[nodiscard]] DriveFacts do_facts() const override {
     DriveFacts facts = facts_;
     facts.has_watchdog = watchdog_ != nullptr;
     return facts;

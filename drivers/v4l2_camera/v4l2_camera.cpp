@@ -125,7 +125,7 @@ class V4l2Camera final : public Camera {
     is_broken_ = false;
   }
 
-  void do_tell(CameraFacts& facts) const override { facts = applied_; }
+  void do_facts(CameraFacts& facts) const override { facts = applied_; }
 
   [[nodiscard]] milliseconds silence_limit() const {
     const double periods_ms = std::min(1000 * kSilentPeriods / applied_.settings.rate_hz, double(kLongestWait.count()));

@@ -138,7 +138,7 @@ class BenchCamera final : public Camera {
   void do_stop() noexcept override {
     if (streams_) --*streams_;
   }
-  void do_tell(CameraFacts& facts) const override {
+  void do_facts(CameraFacts& facts) const override {
     facts.device = "bench (/dev/video9)";
     facts.format = "YUYV";
     facts.controls = truth_.controls;
@@ -233,7 +233,7 @@ class BenchDrive final : public DiffDrive {
     stops_at_s_ = std::min(stops_at_s_, now_s() + truth_.stop_takes_s);
     return {};
   }
-  [[nodiscard]] DriveFacts do_tell() const override {
+  [[nodiscard]] DriveFacts do_facts() const override {
     return {"/dev/ttyBENCH at 57600 baud", "bench 1.2", truth_.counts_per_turn, truth_.own_timeout,
             truth_.has_watchdog};
   }

@@ -22,7 +22,7 @@ std::string describe(const std::string& view, const CameraFacts& facts) {
   const CameraSettings& applied = facts.settings;
   std::string text = fmt::format("{}: {}, {} {} x {} at {:.4g} Hz{}", view, facts.device, facts.format,
                                  applied.width_px, applied.height_px, applied.rate_hz,
-                                 facts.has_rate ? "" : " (as asked for: the camera does not tell)");
+                                 facts.has_rate ? "" : " (as requested: the camera does not report it)");
   for (const auto& [name, value] : facts.controls) text += fmt::format(", {} {}", name, value);
   return text;
 }
