@@ -6,7 +6,7 @@
 #include "localisation/fix.h"
 #include "twocone/types.h"
 
-/// From the layers' types to those of the public interface.
+/// Converts the layers' types to those of the public interface.
 namespace twocone::interface {
 
 inline PoseCovariance to_array(const Eigen::Matrix3d& covariance) {

@@ -20,7 +20,7 @@ namespace twocone {
 namespace interface {
 namespace {
 
-// Set by the signal handler, never cleared: a program that was asked to end is to end.
+// The signal handler sets it. It is never cleared, because a program that receives such a signal must end.
 std::atomic<bool> signalled{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 const std::atomic<bool> kNever{false};
@@ -87,7 +87,7 @@ struct CapturedFrame::Impl {
   std::uint64_t number = 0;
   runs::TakenPair pair;
   const std::atomic<bool>* stop = nullptr;
-  // What lower() and upper() have handed out.
+  // The images that lower() and upper() have returned.
   mutable std::optional<Image> lower, upper;
 
   static Expected<ImageView> view(const Frame& of, const std::atomic<bool>& stop, std::optional<Image>& kept) {
@@ -121,7 +121,7 @@ struct ConnectedRobot::Impl {
   const std::atomic<bool>* stop = &interface::kNever;
   std::uint64_t frames = 0;
 
-  /// Stops the wheels; if the command does not arrive, the dead-man rule does.
+  /// Stops the wheels and converts the error. If the command does not arrive, the dead-man rule stops them.
   Failure fail(const Error& error) {
     static_cast<void>(robot.drive().stop());
     return interface::to_failure(error);

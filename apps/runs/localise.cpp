@@ -21,10 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// In place of a verdict: nothing was looked at.
+// Stands in place of a verdict if the images cannot be read.
 constexpr const char* kNoImage = "no_image";
 
-/// A frame's two images; none: one cannot be read, and that is allowed.
+/// A frame's two images.
 struct Pair {
   Image lower, upper;
 };
@@ -57,7 +57,7 @@ runlog::AnswerRows no_image_rows(const runlog::FrameRow& frame, const config::Ma
 
 Result<runlog::RunData> localise(const fs::path& folder, estimation::Method method, const Progress& progress,
                                  const LocaliseOptions& options) {
-  (void)runlog::read_run_yaml(folder);  // no lock in a folder that is no run
+  (void)runlog::read_run_yaml(folder);  // throws before a folder without a run is locked
   const runlog::RunLock lock(folder);
   const runlog::RunData run = runlog::read_run(folder);
   const estimation::Estimator estimator(method, run.robot, run.map);
@@ -117,7 +117,7 @@ void refuse_other_robots(const runlog::RunData& run, const config::Robot& robot)
   }
 }
 
-/// What localisation takes from a map is compared, not the files' names: a twin's map differs in its scene alone.
+/// Compares the parts of the maps that localisation uses. The files may differ: a twin's map has another scene.
 void refuse_other_maps(const runlog::RunData& run, const config::Robot& robot) {
   const config::Map map = config::read_map(robot.map);
   if (map.landmarks == run.map.landmarks && map.bounds == run.map.bounds) return;
@@ -157,17 +157,17 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
   const std::vector<std::string> cameras = config::camera_names(run.robot);
   for (const runlog::FrameRow& row : run.frames) {
     for (const std::string& camera : cameras) {
-      // A frame that has lost an image stays so: localise() says what becomes of it.
+      // A missing image is not an error here, because localise() handles it.
       const fs::path image = runlog::camera_image_file(from, camera, row.frame);
       if (fs::exists(image)) runlog::link_or_copy(image, runlog::camera_image_file(to, camera, row.frame));
     }
   }
-  // Copies: a program may write on at the end of a table.
+  // Tables are copied, because a program may still append to the originals.
   for (const char* table : {"frames.csv", "drive.csv"})
     runlog::write_whole(to / table, config::read_text(from / table));
   if (!run.truth.empty()) runlog::write_whole(to / "truth.tum", config::read_text(from / "truth.tum"));
   runlog::write_whole(to / "odometry.tum", odometry_text(run, robot));
-  runlog::write_run_yaml_for_robot(from, robot_file, to);  // last: from now on it is a run
+  runlog::write_run_yaml_for_robot(from, robot_file, to);  // written last, because it makes the folder a run
   folder.keep();
 }
 

@@ -10,7 +10,7 @@
 namespace twocone::runs {
 namespace {
 
-/// What of the scene is not as it was; empty: nothing.
+/// Returns the first difference between the scene's files then and now. Empty: no difference.
 std::string changed_scene(const runlog::FileDigests& then, const runlog::FileDigests& now) {
   for (const auto& [file, digest] : then) {
     const auto same = now.find(file);
@@ -23,7 +23,7 @@ std::string changed_scene(const runlog::FileDigests& then, const runlog::FileDig
   return {};
 }
 
-/// Why the run cannot be driven again; empty: it can.
+/// Returns why the run cannot be driven again. Empty: it can be.
 std::string why_not(const std::filesystem::path& folder, const runlog::RunYaml& run) {
   const runlog::RunInfo& info = run.info;
   if (info.finished) return fmt::format("it is finished, with all its {} frames", info.frames_wanted);
@@ -63,7 +63,7 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
     throw config::FileError("{} cannot be resumed: {}", folder.string(), reason);
   }
   config::Robot robot = config::read_robot(run.robot.file);
-  robot.estimator = run.robot.estimator;  // perhaps of the command line
+  robot.estimator = run.robot.estimator;  // may be from the command line
   RunOptions again = options;
   again.frames = run.info.frames_wanted;
   again.behaviour = run.info.behaviour;

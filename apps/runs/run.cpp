@@ -37,7 +37,7 @@ double cpu_seconds(int of) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-/// One run, from its first call to its last table.
+/// Performs one run, from opening the robot to writing the last table.
 class Loop {
  public:
   Loop(const config::Robot& robot, const config::Map& map, const RunOptions& options, const Progress& progress,
@@ -77,18 +77,18 @@ class Loop {
       done = drive(robot, settings);
       robot.stop();
       note_capture(robot);
-    }  // The programs that a simulation has started end with it: their processor time is known from here on.
+    }  // Here the programs that a simulation started have ended, so their processor time is known.
     return end(done);
   }
 
  private:
-  /// What a simulated world needs before it is opened.
+  /// Prepares a simulated world before it is opened.
   Status prepare_world(drivers::RobotSettings& settings) {
     drivers::SimulatedWorld& world = *settings.world;
     const bool is_served = !world.attach.empty();
     if (map_.scene && !is_served) record_.info().scene_files = runlog::scene_files(map_);
     if (options_.old == runlog::OldLines::kKeep) {
-      // The world is driven again from its start, and the cameras hand out the stored images.
+      // The world is driven again from its start, and the cameras return the stored images.
       const runlog::StoredImages stored(options_.out);
       record_.set_replayed(stored.frames());
       clock_before_s_ = stored.last_host_t_s();
@@ -98,14 +98,14 @@ class Loop {
     sim_povray::KeyPlaces places;
     try {
       places = config::key_places(robot_, map_);
-    } catch (const config::FileError&) {  // a robot that was put together by a program
+    } catch (const config::FileError&) {  // a program made this robot without a file
       if (!is_served) throw;
     }
     const auto start = places.find("start");
     const std::string start_place = start != places.end() ? start->second : robot_.file.string();
     world.session.body.start_place = start_place;
     world.place.render.notice = [this](const std::string& notice) { record_.note_later(notice); };
-    if (is_served) {  // its scene is known to its server only
+    if (is_served) {  // only the server knows the scene
       record_.info().effects.push_back(
           fmt::format("those of the world '{}', which another program serves", world.attach));
       return {};
@@ -119,7 +119,7 @@ class Loop {
     return {};
   }
 
-  /// Waits for a served world that may be starting.
+  /// Opens the robot. Waits for a served world that may be starting.
   Result<Robot> open(const drivers::RobotSettings& settings) {
     const SteadyTime deadline = std::chrono::steady_clock::now() + kServingTimeout;
     bool is_reported = false;
@@ -158,7 +158,7 @@ class Loop {
       if (auto commanded = taker_->command(number, speeds); !commanded) return commanded;
       progress_(double(record_.frames()) / options_.frames);
     }
-    // The robot stands while the last images come.
+    // The robot stands still until the last images have arrived.
     if (auto stopped = robot.drive().stop(); !stopped) return stopped;
     while (!pending_.empty()) {
       if (auto answered = answer_oldest(); !answered) return answered;
@@ -167,7 +167,7 @@ class Loop {
     return {};
   }
 
-  /// The oldest frame without an answer: waits for its images, answers, writes.
+  /// Takes the oldest frame without an answer, waits for its images, computes its answer and writes both.
   Status answer_oldest() {
     TakenFrame taken = std::move(pending_.front());
     pending_.pop_front();
@@ -199,7 +199,7 @@ class Loop {
     return {};
   }
 
-  /// What can be checked once the first images are there.
+  /// Checks the start and the mirrors' rims in the first images.
   Status check_first(const Image& lower, const Image& upper) {
     if (start_check_) {
       const auto checked = start_check_->wait(stop_);
@@ -224,9 +224,9 @@ class Loop {
     std::vector<std::string> last = record_.take_later();
     if (auto event = answers_.over_budget()) last.push_back(*event);
     if (!done) {
-      // Whatever was interrupted, the run says how far it came.
+      // After an interruption, the message states the number of frames.
       const Error error = done.error().code == ErrorCode::kCancelled ? interrupted() : done.error();
-      // What ended the run is reported by the caller, alone.
+      // The caller reports the error that ended the run, so it is not sent to RunOptions::notify.
       last.push_back(error.message);
       info.events.insert(info.events.end(), last.begin(), last.end());
       if (record_.frames() > 0) base::Logger("run").error(error.message);
@@ -258,7 +258,7 @@ class Loop {
   std::optional<TruthWriter> truth_;
   std::optional<FrameTaker> taker_;
   std::deque<TakenFrame> pending_;
-  double clock_before_s_ = 0;  ///< when the last frame of a resumed run came, since that run began
+  double clock_before_s_ = 0;  ///< host_t_s of the last stored frame of a resumed run
 };
 
 }  // namespace

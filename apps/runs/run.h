@@ -31,7 +31,7 @@ struct RunOptions {
   runlog::OldLines old = runlog::OldLines::kDrop;
   bool replace = false;  ///< a run in `out` is removed (locked_folder.h) once the robot has been opened
   bool truth = false;    ///< also writes what each mirror pixel really shows (runlog::write_truth)
-  /// Devices only: how long a failing device is asked again, with the wheels stopped; 0: not at all.
+  /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< receives each of RunInfo::events at once; may be empty
   /// Makes the robot from its parts.
@@ -40,38 +40,38 @@ struct RunOptions {
 
 /// Drives a robot and writes its run folder (docs/file-formats.md).
 ///
-/// The loop is the same in simulation and on hardware. It takes the next frame, looks at the frame of `latency_frames`
-/// ago, whose pixels have arrived by then, and steers by odometry that this frame's fix has corrected. So no decision
-/// depends on how fast images come. The true pose goes into the tables and nowhere else.
+/// The loop is the same in simulation and on hardware. It takes the next frame, computes the fix of the frame that was
+/// taken `latency_frames` earlier, whose pixels have arrived by then, and steers by odometry that this fix has
+/// corrected. Decisions therefore do not depend on how fast images arrive. The true pose is used only for the tables.
 ///
-/// Ranges and fixes are made as `robot.estimator` says, but by `options.method`; run.yaml keeps both.
+/// Ranges and fixes follow `robot.estimator`, except that the method is `options.method`. run.yaml records both.
 ///
-/// Method `paper` also answers from the same images, into methods/paper/, as the baseline. Where its formulas do not
-/// hold for the mirrors, run.yaml states that there is no baseline.
+/// Method `paper` also computes answers from the same images, in methods/paper/, as the baseline. If its formulas do
+/// not hold for the mirrors, run.yaml states that there is no baseline.
 ///
 /// The folder is locked from the start. It is removed if the run ends before its first frame.
 ///
-/// When a device fails, the wheels stop, and it is asked again until it answers (FaultPolicy); a simulation is not
-/// asked again. A failure that lasts ends the run: what was written stays readable, and the message names the frame.
+/// When a device fails, the wheels stop, and the device is tried again until it answers (FaultPolicy). A simulation is
+/// not tried again. A failure that lasts ends the run. Its files stay readable, and the message names the frame.
 /// @param robot,map as read from their files
-/// @param stop ends the run after the present frame, once it is set from outside (by a signal)
+/// @param stop set from outside (by a signal); the run then ends after the present frame
 /// @returns the content of run.yaml. Errors: those of drivers::open_robot, Robot::next_frame, Frame::image, DiffDrive;
 /// kCancelled: stopped from outside
 /// @throws config::FileError, DiskError, std::invalid_argument (no such behaviour, no waypoints)
 Result<runlog::RunInfo> run(const config::Robot& robot, const config::Map& map, const RunOptions& options,
                             const Progress& progress, const std::atomic<bool>& stop);
 
-/// Returns why resume() would refuse the run, as far as is known before it is driven; empty: it would not.
+/// Returns why resume() would reject the run, as far as this is known before the run is driven. Empty: no reason.
 /// @throws config::FileError for a folder that is no run
 std::string why_not_resumed(const std::filesystem::path& folder);
 
-/// Continues a simulated run that was interrupted or killed, so that its tables and images become those of an unbroken
-/// one. The world is driven again from the start, which costs little, and the stored images are used in place of
-/// rendered ones. Every stored row must come out again; a run whose tables say otherwise is refused. No table is ever
-/// shorter than before, not even when this call is killed in its turn.
+/// Continues a simulated run that was interrupted or killed. Its tables and images then equal those of an uninterrupted
+/// run. The world is driven again from the start, which costs little, and the stored images are used in place of
+/// rendered ones. Every stored row must be computed again with the same result. Otherwise the run is rejected
+/// (DiskError). No table ever becomes shorter, even if this call is killed too.
 ///
-/// timing.csv and the last column of frames.csv show what the machine did, and are not repeated.
-/// @param options only `notify` and `open` are used; the rest is the run's own
+/// timing.csv and the last column of frames.csv depend on the machine and are not reproduced.
+/// @param options provides `notify` and `open`, and requires `replace` = false; the rest is the run's own
 /// @returns as run(). Errors: as run()
 /// @throws config::FileError with the reason why the run cannot be continued: it is finished; its robot is real,
 /// imported or in a served world; it had a time budget, so the clock took part; another version of the program made it;
@@ -83,25 +83,25 @@ struct LocaliseOptions {
   /// true: a frame without a readable pair of images gets verdict `no_image` and no answer. false: it is an error, and
   /// nothing is changed.
   bool allow_missing = false;
-  /// Ends the work, once it is set from outside (by a signal); then nothing is changed.
+  /// Ends the work when it is set from outside (by a signal). Nothing is changed then.
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Computes ranges and fixes again from the stored frames, with the `estimator:` that run.yaml keeps. Writes them into
-/// methods/NAME/ and the top of the run folder: all of them, or, if anything fails, none. Holds the folder's lock.
+/// Computes ranges and fixes again from the stored frames, with the `estimator:` in run.yaml. Writes all of them into
+/// methods/NAME/ and the top of the run folder, or none if anything fails. Holds the folder's lock.
 /// @returns the run with the new results. Errors: kNotFound, kBadData (images, by name), kCancelled (stopped)
 /// @throws config::FileError (also for a run without frames), DiskError (also if another program writes into the
 /// folder)
 Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation::Method method,
                                  const Progress& progress, const LocaliseOptions& options = {});
 
-/// Makes a new run folder from what `from` recorded (images, wheel angles, truth), as the robot of another file would
-/// have recorded it. Then localise() can range and fix with that file's `rig:` and wheels, for example after a
-/// calibration. `from` is not changed.
+/// Makes a new run folder from the recorded data of `from` (images, wheel angles, truth), as the robot of another file
+/// would have recorded them. localise() can then compute ranges and fixes with that file's `rig:` and wheels, for
+/// example after a calibration. `from` is not changed.
 ///
 /// Images are hard links where the disk supports them, otherwise copies. The odometry is computed again from the
-/// recorded angles. run.yaml is that of `from` with the other robot in it, and an event that says so. The map is still
-/// that of `from`, so a file that names a map with other landmarks or bounds is refused.
+/// recorded angles. run.yaml is that of `from` with the other robot and an event that reports the change. The map is
+/// still that of `from`. A robot file whose map has other landmarks or bounds is therefore rejected.
 /// @param from may be a run that was cut off
 /// @param robot_file must have the same image sizes and the same start; otherwise it cannot have been that robot
 /// @param to a folder without a run; with `replace`, a run there is removed (locked_folder.h). A failure leaves none

@@ -11,21 +11,21 @@
 
 namespace twocone::runs {
 
-/// Ranges, fix, track and timing of each frame by the run's method, and by method `paper` beside it as the baseline.
+/// Computes ranges, fix, track and timing of each frame by the run's method, and by method `paper` as the baseline.
 class FrameAnswers {
  public:
   /// @throws config::FileError for what the run's method cannot use
   FrameAnswers(const config::Robot& robot, const config::Map& map, estimation::Method method);
 
-  /// Why there is no baseline, although the run's method is another one; empty: there is.
+  /// Returns why method `paper` cannot be the baseline. Empty: it can, or it is the run's method itself.
   [[nodiscard]] const std::string& why_no_baseline() const { return why_no_baseline_; }
 
-  /// Fills in record.answer. Frames come in order. Errors: those of Estimator::answer
+  /// Fills in record.answer. Requires the frames in order. Errors: those of Estimator::answer
   Result<localisation::Fix> answer(const Image& lower, const Image& upper, runlog::FrameRecord& record);
 
-  /// The baseline's answers so far.
+  /// Returns the baseline's answers so far.
   [[nodiscard]] const std::vector<runlog::AnswerRows>& baseline() const { return baseline_rows_; }
-  /// A sentence about frames that took longer than their time budget; nothing where none did.
+  /// Returns a sentence about the frames that took longer than their time budget, or nothing if there are none.
   [[nodiscard]] std::optional<std::string> over_budget() const;
 
  private:

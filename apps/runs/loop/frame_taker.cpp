@@ -14,13 +14,13 @@ namespace {
 constexpr std::chrono::milliseconds kBetweenTries{10};
 constexpr std::chrono::milliseconds kImageTimeout{150'000};
 
-/// Puts rgb8 pixels in the place of the camera's own, which must be there already.
+/// Replaces the camera's pixels, which must have arrived already, by rgb8 pixels.
 Status decode(Frame& frame) {
   const auto image = frame.image(std::chrono::milliseconds(0));
   if (!image) return image.error();
   auto rgb = to_rgb8(**image);
   if (!rgb) return rgb.error();
-  // What the camera sends as rgb8 already comes back as it is: a copy, so that the buffer is the device's again.
+  // to_rgb8() returns the pixels of an rgb8 camera unchanged. They are copied to return the buffer to the device.
   if (rgb->bytes.is_lent()) rgb->bytes = Bytes((*image)->bytes.begin(), (*image)->bytes.end());
   frame = Frame(frame.header(), std::move(*rgb));
   return {};
@@ -57,7 +57,7 @@ ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop) {
     const auto begin = std::chrono::steady_clock::now();
     auto image = frame.image(kStopSlice);
     const auto now = std::chrono::steady_clock::now();
-    // A time-out that comes at once is the renderer's, not this wait's.
+    // A time-out that is reported earlier is the renderer's, not that of this wait.
     const bool is_pending = !image && image.error().code == ErrorCode::kTimeout && now - begin >= kStopSlice / 2;
     if (!is_pending || now >= deadline) return image;
     if (stop) return Error{ErrorCode::kCancelled, "interrupted while its image was awaited"};
@@ -156,7 +156,7 @@ Result<TakenFrame> FrameTaker::take(std::uint64_t number, const std::atomic<bool
     record.truth = runlog::PoseRow{t_s, truth->x_m, truth->y_m, truth->heading_rad};
   }
   note_contact(number, robot_.contact());
-  // The time over which the robot did not drive is no step of its behaviour.
+  // The time during which the robot did not drive does not count as a step of its behaviour.
   const bool is_first = number == 0 || std::exchange(was_stopped_, false);
   step_s_ = is_first ? period_s_ : t_s - last_t_s_;
   last_t_s_ = t_s;

@@ -17,10 +17,10 @@
 #include "hal/robot.h"
 #include "localisation/odometry.h"
 
-/// Frames from a robot: taking pairs of images, waiting for their pixels, and outliving devices that fail.
+/// Takes pairs of images from a robot, waits for their pixels, and continues after failures of devices.
 namespace twocone::runs {
 
-/// A pair of images, which may still be on their way, and the motion of the wheels until it was taken.
+/// A pair of images, whose pixels may not have arrived yet, and the motion of the wheels until it was taken.
 struct TakenPair {
   StereoFrame frame;
   std::chrono::steady_clock::time_point arrived;
@@ -29,14 +29,15 @@ struct TakenPair {
   localisation::Pose odometry;    ///< likewise
 };
 
-/// Adds to each pair of images what else belongs to its moment.
+/// Adds to each pair of images its times, wheel angles and odometry.
 class PairTaker {
  public:
   PairTaker(const localisation::WheelGeometry& wheels, const localisation::Pose& start) : odometry_(wheels, start) {}
 
-  /// Takes what Robot::next_frame() has just returned, and reads the wheels. Of devices, whose pixels are there
-  /// already, the pair is decoded: a damaged one is found while there still is another to take, and lent buffers are
-  /// given back. Errors: those of DiffDrive::read_angles, Frame::image and to_rgb8(). None of them stops the wheels.
+  /// Takes the frame that Robot::next_frame() has just returned, and reads the wheels. The pixels of a device have
+  /// arrived already, so its pair is decoded at once. A damaged pair is thus found while another can still be taken,
+  /// and lent buffers are returned. Does not stop the wheels after an error. Errors: those of DiffDrive::read_angles,
+  /// Frame::image and to_rgb8().
   Result<TakenPair> take(Robot& robot, StereoFrame frame);
 
  private:
@@ -45,33 +46,33 @@ class PairTaker {
   std::optional<double> zero_s_;  ///< time of the first lower image
 };
 
-/// Waits for a frame's pixels, at most 150 s, which is longer than a renderer's own limit for one image, so that the
+/// Waits for a frame's pixels, at most 150 s. This is longer than a renderer's own limit for one image, so the
 /// renderer's message is the one that is reported. Errors: those of Frame::image; kCancelled once `stop` is set.
 ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop);
 /// Waits for the pixels of both views, in the same way.
 Result<std::pair<std::shared_ptr<const Image>, std::shared_ptr<const Image>>> wait_for_images(
     const StereoFrame& frame, const std::atomic<bool>& stop);
 
-/// How often a wait looks whether it must end.
+/// Interval at which a wait checks whether it must end.
 constexpr std::chrono::milliseconds kStopSlice{100};
 
 inline double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// Decides how long failing devices are asked again, and reports the begin and the end of each stretch of failures.
+/// Decides how long failing devices are tried again, and reports the start and the end of each series of failures.
 ///
-/// A stretch begins with the first failure and ends when everything answers again. A frame that only came damaged
-/// (kBadData) does not last: its begin is reported, and it has no end.
+/// A series starts with the first failure and ends when all devices answer again. A damaged frame (kBadData) is a
+/// momentary failure, so only its start is reported.
 class FaultPolicy {
  public:
-  /// @param patience how long one stretch may last; 0: the first failure ends the run
-  /// @param notify gets each sentence at once
+  /// @param patience longest duration of one series; 0: the first failure ends the run
+  /// @param notify receives each sentence at once
   FaultPolicy(std::chrono::milliseconds patience, std::function<void(const std::string&)> notify);
 
-  /// One more failure. An error is the reason to give up: `error` with the frame's number.
+  /// Counts one more failure. Returns an error if the run must end: `error` with the frame's number.
   Status failed(std::uint64_t frame, const Error& error);
-  /// Everything answers.
+  /// Ends the series of failures, because all devices answer.
   void over(std::uint64_t frame);
 
  private:
@@ -83,36 +84,37 @@ class FaultPolicy {
   bool has_end_ = false;
 };
 
-/// A frame that has been taken; its images may still be on their way.
+/// A frame that has been taken. The pixels of its images may not have arrived yet.
 struct TakenFrame {
   StereoFrame frame;
   runlog::FrameRecord record;  ///< without an answer
   std::vector<NamedFrame> others;
 };
 
-/// Takes frames from a robot and commands its wheels, and outlives devices that fail: it stops the wheels and asks
-/// again until the devices answer or the patience is at its end.
+/// Takes frames from a robot and commands its wheels. If a device fails, it stops the wheels and tries again until the
+/// device answers or the patience ends.
 class FrameTaker {
  public:
   using SteadyTime = std::chrono::steady_clock::time_point;
 
-  /// @param run_begin of the record's host_t_s; `clock_before_s` is added to it (a resumed run)
+  /// @param run_begin zero of the record's host_t_s
+  /// @param clock_before_s added to host_t_s (a resumed run)
   /// @param patience for devices that fail; not used for a robot whose world waits for the program
-  /// @param notify gets a sentence for each event at once
+  /// @param notify receives a sentence for each event at once
   FrameTaker(Robot& robot, const config::Robot& description, SteadyTime run_begin, double clock_before_s,
              std::chrono::milliseconds patience, std::function<void(const std::string&)> notify);
 
-  /// The next frame, with its times, wheel angles, odometry and truth. After an error the wheels are stopped.
+  /// Returns the next frame, with its times, wheel angles, odometry and truth. After an error the wheels are stopped.
   /// Errors: those of Robot::next_frame and PairTaker::take with the frame's number; kCancelled once `stop` is set.
   Result<TakenFrame> take(std::uint64_t number, const std::atomic<bool>& stop);
-  /// Commands the wheels. Errors: those of DiffDrive once the patience is at its end.
+  /// Commands the wheels. Errors: those of DiffDrive once the patience has ended.
   Status command(std::uint64_t number, const WheelSpeeds& speeds);
 
-  /// Time since the frame before, or one period where the robot did not drive in between.
+  /// Returns the time since the previous frame, or one period if the robot did not drive in between.
   [[nodiscard]] double step_s() const { return step_s_; }
-  /// How long ago the newest frame came.
+  /// Returns the time since the newest frame arrived.
   [[nodiscard]] double age_s() const { return seconds_since(taken_at_); }
-  /// Frames of the lower and upper camera that were passed over for newer ones so far.
+  /// Return the number of frames of the lower or upper camera that were skipped for newer ones so far.
   [[nodiscard]] std::uint64_t lower_skipped() const { return lower_skipped_; }
   [[nodiscard]] std::uint64_t upper_skipped() const { return upper_skipped_; }
 

@@ -16,7 +16,8 @@
 namespace twocone::runs {
 namespace {
 
-/// "lower: Logi (/dev/video0), MJPG 640 x 480 at 30 Hz, gain 16": as applied, for run.yaml; empty without a device.
+/// Returns the applied settings for run.yaml, for example "lower: Logi (/dev/video0), MJPG 640 x 480 at 30 Hz, gain
+/// 16". Empty: no device.
 std::string describe(const std::string& view, const CameraFacts& facts) {
   if (facts.device.empty()) return {};
   const CameraSettings& applied = facts.settings;
@@ -27,8 +28,8 @@ std::string describe(const std::string& view, const CameraFacts& facts) {
   return text;
 }
 
-/// "drive: /dev/ttyUSB0 at 57600 baud, ros_arduino_bridge, 990 counts a turn, its own time-out 2000 ms, guarded";
-/// empty without a device.
+/// Returns for example "drive: /dev/ttyUSB0 at 57600 baud, ros_arduino_bridge, 990 counts a turn, its own time-out 2000
+/// ms, guarded". Empty: no device.
 std::string describe(const DriveFacts& facts) {
   if (facts.device.empty()) return {};
   std::string text =
@@ -95,7 +96,7 @@ void RunRecord::add(const runlog::FrameRecord& record, const Image& lower, const
                     const std::vector<runlog::OtherImage>& others) {
   folder_->add(record, lower, upper, others);
   ++frames_;
-  if (frames_ == 1) base::open_log(path() / "run.log");  // before, the folder may still be removed
+  if (frames_ == 1) base::open_log(path() / "run.log");  // before its first frame, the folder may still be removed
 }
 
 void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {

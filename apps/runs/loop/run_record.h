@@ -17,39 +17,40 @@
 
 namespace twocone::runs {
 
-/// The run folder while the run goes on: run.yaml with its events, and the frames.
+/// Writes the run folder during the run: run.yaml with its events, and the frames.
 class RunRecord {
  public:
   RunRecord(const config::Robot& robot, const config::Map& map, const RunOptions& options);
-  /// Closes run.log. Where there is none, because there was no frame, reports what was logged.
+  /// Closes run.log. If it does not exist, because there was no frame, reports the logged lines to RunOptions::notify.
   ~RunRecord();
 
-  /// Makes (or, for a resumed run, locks) the folder and writes run.yaml. @throws runlog::DiskError
+  /// Creates and locks the folder (a resumed run's is only locked) and writes run.yaml. @throws runlog::DiskError
   void open();
   [[nodiscard]] const std::filesystem::path& path() const { return folder_->path(); }
   [[nodiscard]] runlog::RunInfo& info() { return info_; }
   /// @throws runlog::DiskError
   void write_yaml() const;
-  /// Writes what a real robot is made of into run.yaml. @throws runlog::DiskError
+  /// Writes the devices of a real robot into run.yaml. @throws runlog::DiskError
   void note_devices(Robot& robot);
 
-  /// An event of the run: into run.yaml, and at once to RunOptions::notify. What a resumed run replays was reported
-  /// before and only goes into run.yaml.
+  /// Adds an event to run.yaml and reports it to RunOptions::notify at once. Events that a resumed run replays were
+  /// reported before and are only added to run.yaml.
   void note(const std::string& event);
-  /// The same from any thread; it becomes an event at the run's end.
+  /// Stores an event until the run's end. Any thread may call it.
   void note_later(const std::string& event);
+  /// Returns and removes the stored events.
   std::vector<std::string> take_later();
 
   /// @throws runlog::DiskError
   void add(const runlog::FrameRecord& record, const Image& lower, const Image& upper,
            const std::vector<runlog::OtherImage>& others);
-  /// Frames that are wholly written.
+  /// Returns the number of frames that are completely written.
   [[nodiscard]] int frames() const { return frames_; }
-  /// The first frames of a resumed run, which were there before.
+  /// Sets the number of frames that a resumed run had stored before.
   void set_replayed(int frames) { replayed_ = frames; }
 
-  /// Writes the results of both methods and, last, run.yaml with `finished`, so that a run that says so has all its
-  /// results. @param baseline answers of method paper beside another one; empty: none. @throws runlog::DiskError
+  /// Writes the results of both methods. Writes run.yaml with `finished` last, so a finished run has all its results.
+  /// @param baseline answers of method paper beside another one; empty: none. @throws runlog::DiskError
   void finish(const std::vector<runlog::AnswerRows>& baseline);
 
  private:
@@ -64,7 +65,7 @@ class RunRecord {
   std::vector<std::string> later_;
 };
 
-/// Writes what each mirror pixel really shows (run --truth), as CSV beside the images.
+/// Writes the true content of each mirror pixel (run --truth) as CSV beside the images.
 class TruthWriter {
  public:
   /// Errors: kRefused (no simulated world inside this program), and those of sim_povray::claimed_object

@@ -55,7 +55,7 @@ StartCheck::StartCheck(const config::Robot& robot, const sim_povray::PlaceSettin
   asker_ = std::jthread([place, robot_name, answer = std::move(answer)](const std::stop_token& stop) mutable {
     try {
       answer.set_value(sim_povray::shown_camera(place, robot_name, "lower", stop));
-    } catch (const std::exception& error) {  // no descriptor, no memory
+    } catch (const std::exception& error) {  // for example, no file descriptor or no memory is left
       answer.set_value(Error{ErrorCode::kUnavailable, error.what()});
     }
   });

@@ -16,26 +16,27 @@
 
 namespace twocone::runs {
 
-/// From here on a start that is not where the scene shows the robot is worth a word: a fix of an ideal room errs by
-/// half a millimetre and a tenth of a degree, one of a robot as first built by 15 mm and a degree.
+/// Differences between the start and the robot's place in the scene that cause a warning. A fix in an ideal room has an
+/// error of half a millimetre and a tenth of a degree, and one of a robot as first built has 15 mm and a degree.
 constexpr double kStartWarning_m = 0.020;
 constexpr double kStartWarning_deg = 2.0;
 
-/// Compares the robot file's start with where the scene shows the lower camera, which rides on the robot's axis; its
-/// image's x axis is rig.lower.azimuth_rad off the heading.
+/// Compares the robot file's start with the place of the lower camera in the scene. The camera is on the robot's axis.
+/// The bearing of its image's x axis from the heading is rig.lower.azimuth_rad.
 /// @param place of the key `start`, for messages: "robots/lab_sim.yaml:17"
-/// @returns a warning with both places; nothing below the limits above.
-/// Errors: kRefused: they are farther apart than body.radius_m: every fix would be off by as much.
+/// @returns a warning with both places, or nothing below the limits above.
+/// Errors: kRefused: they are farther apart than body.radius_m. Every fix would have this error.
 Result<std::optional<std::string>> compare_start(const config::Robot& robot, const sim_povray::ShownCamera& lower,
                                                  const std::string& place);
 
-/// The same for a simulated robot, asked of POV-Ray in the background while the first images are rendered.
+/// Makes the same check for a simulated robot. POV-Ray reports the camera's place in the background while the first
+/// images are rendered.
 class StartCheck {
  public:
   StartCheck(const config::Robot& robot, const sim_povray::PlaceSettings& place, const std::string& robot_name,
              std::string start_place);
-  /// Waits for POV-Ray's answer. A warning, also where the places could not be compared; nothing: they agree.
-  /// Errors: as compare_start(); kCancelled once `stop` is set. Once only.
+  /// Waits for POV-Ray's answer. Returns a warning if the places differ or could not be compared, or else nothing.
+  /// May be called once. Errors: as compare_start(); kCancelled once `stop` is set.
   Result<std::optional<std::string>> wait(const std::atomic<bool>& stop);
 
  private:
@@ -45,8 +46,8 @@ class StartCheck {
   std::jthread asker_;
 };
 
-/// A sentence for each mirror that a pair of images does not show where the robot file's `rig:` says, to a pixel, or
-/// whose rim does not stand out in them.
+/// Returns a sentence for each mirror whose rim in the image differs by more than a pixel from the robot file's `rig:`,
+/// or whose rim cannot be found there.
 std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper);
 
 }  // namespace twocone::runs

@@ -14,20 +14,21 @@
 
 namespace twocone::runs {
 
-/// Decides the wheels' speeds for each frame: a behaviour that sees the believed pose, and the dead-man rule for what
-/// the robot sees.
+/// Decides the wheels' speeds for each frame by a behaviour, which receives the believed pose. Applies the dead-man
+/// rule to the age of the images.
 class Steering {
  public:
-  /// @param behaviour wander, waypoints or still. @throws std::invalid_argument for another one, config::FileError for
-  /// waypoints without a list of them
+  /// @param behaviour wander, waypoints or still. @throws std::invalid_argument for any other name, config::FileError
+  /// for waypoints if the robot file has no list of them
   Steering(const config::Robot& robot, const config::Map& map, const std::string& behaviour, std::uint64_t seed,
            std::function<void(const std::string&)> notify);
 
   void add_odometry(std::uint64_t frame, const localisation::Pose& pose) { belief_.add_odometry(frame, pose); }
-  /// A fix that can be used as a place.
+  /// Adds the position of a fix that can be used as a place.
   void add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m) { belief_.add_fix(frame, position_m); }
-  /// @param image_age_s age of the newest image; an image older than command_timeout_s moves no wheel, so that a camera
-  /// that is lost stops the wheels in that time, too, however long its last image was worked on
+  /// Returns the speeds for a frame. They are 0 if the newest image is older than command_timeout_s. The loss of a
+  /// camera thus stops the wheels within that time, too, however long the work on its last image takes.
+  /// @param image_age_s age of the newest image
   [[nodiscard]] WheelSpeeds decide(std::uint64_t frame, double step_s, double image_age_s);
 
  private:
