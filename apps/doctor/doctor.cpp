@@ -19,7 +19,7 @@ bool has_device(std::string_view driver) {
   return known == nullptr || known->has_device();
 }
 
-/// Used for a robot whose map cannot be read: its parts need none.
+/// Returns a map without landmarks for a robot whose map cannot be read, because its parts need none.
 config::Map any_map(const std::filesystem::path& file) {
   constexpr double kAnywhere_m = 1e6;
   config::Map map;
@@ -31,7 +31,7 @@ config::Map any_map(const std::filesystem::path& file) {
 constexpr const char* kRobotPart = "robot";
 constexpr const char* kWholeAdvice =
     "check the robot file's drivers, map and scene; a served world needs a running twocone serve";
-// As long as a run waits: a served world waits for its slowest robot, and an image for POV-Ray.
+// Equal to the waits of a run. A served world waits for its slowest robot, and an image waits for POV-Ray.
 constexpr std::chrono::milliseconds kWholePairTime{60'000};
 constexpr std::chrono::milliseconds kFirstImageTime{150'000};
 
@@ -95,8 +95,8 @@ class Examination {
     }
   }
 
-  /// Checks a robot without any device: it is opened and started, one pair is taken, and its images are checked, for
-  /// sim_povray including the rims.
+  /// Checks a robot without any device. Opens and starts it, takes one pair and checks its images. For sim_povray, this
+  /// includes the rims.
   void check_whole_robot(const drivers::RobotSettings& settings) {
     report_simulated("lower", settings.lower.driver);
     report_simulated("upper", settings.upper.driver);
@@ -154,7 +154,7 @@ class Examination {
                  "name a driver with a device (twocone devices)"});
   }
 
-  /// An exception in a part's check is a failure of that part.
+  /// Performs a part's check. Reports an exception as a failure of that part, except Interrupted.
   template <typename Check>
   void guarded(const std::string& part, Check check) {
     end_if_asked(surroundings_);
@@ -198,7 +198,7 @@ class Examination {
 
   void check_drive_part(const drivers::RobotSettings& settings) {
     surroundings_.progress("drive", 0);
-    // Every speed is allowed here, to find the least one that turns a wheel.
+    // Every speed is allowed here, because the test looks for the least one that turns a wheel.
     drivers::DrivePart part = settings.drive;
     if (part.serial) part.serial->least_speed_radps = 0;
     const auto drive = openers_.drive(part);

@@ -13,14 +13,14 @@
 #include "drivers/backends.h"
 #include "hal/clock.h"
 
-/// Examines a robot part by part, as on a bench: does each part behave as the robot file states?
+/// Examines a robot part by part, and reports whether each part behaves as the robot file states.
 namespace twocone::doctor {
 
-/// Everything that the doctor needs besides the devices. The caller provides it, so that a test controls time and user.
+/// Everything that the doctor needs besides the devices. The caller provides it, so a test can control time and user.
 struct Surroundings {
   const Clock& clock;
   std::function<void(std::chrono::nanoseconds)> sleep;
-  /// Puts a question to the user, who may take minutes; no answer: nothing. Empty: there is no user.
+  /// Asks the user a question, who may take minutes. Returns nothing without an answer. Empty: there is no user.
   std::function<std::optional<std::string>(const std::string& question)> ask{};
   /// Called with the current work and its fraction done, 0 to 1.
   std::function<void(const std::string& what, double share)> progress = [](const std::string&, double) {};
@@ -32,7 +32,7 @@ struct Surroundings {
 
 struct Options {
   double seconds = 3;                  ///< duration of a measurement, for each camera and for the pair, > 0
-  bool wheels_off_the_ground = false;  ///< the user has stated it: the wheels may be turned without a question
+  bool wheels_off_the_ground = false;  ///< stated by the user: the wheels may be turned without a question
 };
 
 /// The functions that open parts; a test replaces them.
@@ -43,10 +43,11 @@ struct Openers {
   std::function<Result<Robot>(const drivers::RobotSettings&)> robot = drivers::open_robot;
 };
 
-/// Checks the files, each camera, the pair, the drive, and, if the user confirms that they are off the ground, the
-/// wheels. Parts without a device (sim_povray, memory) are not tested one by one: a robot that consists of such parts
-/// is opened, started, and one pair is taken. A failure of a device or a file is a row, not an exception. Wheels and
-/// cameras are stopped afterwards, also where `surroundings.stop` ends the examination early, which is a failed row.
+/// Checks the files, each camera, the pair and the drive. Tests the wheels only if the user confirms that they are off
+/// the ground. Parts without a device (sim_povray, memory) are not tested one by one. If all parts are of this kind,
+/// the robot is opened and started, and one pair is taken. A failure of a device or a file adds a row and throws
+/// nothing. Wheels and cameras are stopped at the end. If `surroundings.stop` ends the examination early, they are
+/// stopped too, and a failed row reports it.
 Report examine(const config::Robot& robot, const Options& options, const Openers& openers,
                const Surroundings& surroundings);
 

@@ -12,14 +12,14 @@ namespace {
 constexpr std::size_t kColumns = 5;
 constexpr std::size_t kMeasured = 2;
 constexpr std::size_t kGap = 2;
-// The columns "measured" and "what to do" share the line like this; a narrower text leaves its space to the other
+// The widest column "measured" and the narrowest column "what to do". A narrower text leaves its space to the other
 // column.
 constexpr std::size_t kWidestMeasured = 44;
 constexpr std::size_t kLeastAdvice = 24;
 
 using Cells = std::array<std::string, kColumns>;
 
-/// Returns words in lines of at most `width`; a longer word has its own line, or is cut where it must fit.
+/// Returns the text in lines of at most `width`. A longer word gets its own line, or is cut if `must_fit`.
 std::vector<std::string> wrap(std::string_view text, std::size_t width, bool must_fit) {
   std::vector<std::string> lines;
   while (!text.empty()) {

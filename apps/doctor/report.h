@@ -18,7 +18,7 @@ enum class Verdict {
   kNotRun,   ///< the result is unknown: `advice` states what the check needs
 };
 using enum Verdict;
-/// As in the table: ok, warning, failed, not run.
+/// Returns the verdict as printed in the table: ok, warning, failed, not run.
 std::string_view to_string(Verdict verdict);
 
 struct Row {
@@ -34,24 +34,23 @@ struct Row {
   }
 };
 
-/// Return what a user can do about an error of a camera or of a drive. For a refusal the advice is general, since it
-/// has many causes.
+/// Return what a user can do about an error of a camera or of a drive. For kRefused the advice is general, because this
+/// error has many causes.
 std::string camera_advice(ErrorCode code);
 std::string drive_advice(ErrorCode code);
 
-/// Returns a failed row for an error. The part's name at the beginning of the message is left out. The message of a
-/// refusal states, after a semicolon, what to do about its own cause: then that is the row's advice instead of
-/// `advice`.
+/// Returns a failed row for an error. The part's name at the beginning of the message is left out. If the message of
+/// kRefused has a semicolon, the text after it states what to do, and replaces `advice` in the row.
 Row failed_row(const std::string& part, const std::string& check, const Error& error, const std::string& advice);
 
-/// The same for the drive, with drive_advice().
+/// Like failed_row, for the drive and with drive_advice().
 Row drive_failed(const std::string& check, const Error& error);
 
 /// The results, in the order of the checks.
 class Report {
  public:
   void add(Row row) { rows_.push_back(std::move(row)); }
-  /// Adds the row of a check that many parts have, and names its part.
+  /// Sets the row's part and adds the row. For checks that several parts share.
   void add(const std::string& part, Row row) {
     row.part = part;
     add(std::move(row));
@@ -64,7 +63,7 @@ class Report {
   std::vector<Row> rows_;
 };
 
-/// Returns aligned columns of at most `width` characters (except words that cannot be broken); long cells continue in
+/// Returns aligned columns of at most `width` characters (except words that cannot be broken). Long cells continue in
 /// the next line.
 std::string table(const Report& report, std::size_t width = 120);
 

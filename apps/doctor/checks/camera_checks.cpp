@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// In this time of a stream, a camera adjusts its exposure.
+// Time at the start of a stream in which a camera adjusts its exposure.
 constexpr double kSettling_s = 0.5;
 // Some cameras need seconds for the first frame.
 constexpr milliseconds kFirstFrame{5'000};
@@ -29,13 +29,13 @@ constexpr milliseconds kImageTime{150'000};
 
 /// Measurements of a streaming camera over some time.
 struct Footage {
-  /// Seconds of capture time from exposure to exposure; where frames were lost between them, their mean.
+  /// Capture time from one exposure to the next; if frames were lost in between, the mean over these exposures.
   std::vector<double> periods_s;
-  /// The same, only for consecutive exposures.
+  /// Capture time between consecutive exposures only.
   std::vector<double> neighbours_s;
-  /// Age of frames when they were handed out; empty where their times come from another clock than the doctor's.
+  /// Age of frames when they were received; empty if their times come from another clock than the doctor's.
   std::vector<double> ages_s;
-  std::uint64_t frames = 0;   ///< handed out
+  std::uint64_t frames = 0;   ///< received
   std::uint64_t lost = 0;     ///< never received
   std::uint64_t skipped = 0;  ///< received, but skipped for a newer one
   std::uint64_t damaged = 0;  ///< reported as kBadData
@@ -43,7 +43,7 @@ struct Footage {
   std::optional<Result<Image>> image;  ///< the last one, kRgb8
 };
 
-/// Adds a frame after `before` to the stream.
+/// Adds the frame `now`, which follows `before`, to the measurements.
 void count(const Frame::Header& before, const Frame::Header& now, const Clock& clock, Footage& stream) {
   ++stream.frames;
   stream.skipped += std::min(now.skipped_before, now.lost_before);
@@ -57,8 +57,7 @@ void count(const Frame::Header& before, const Frame::Header& now, const Clock& c
 }
 
 /// Takes frames for `seconds` of their own time, after a short time in which the camera adjusts its exposure. Gives up
-/// after a few consecutive time-outs, and when frames come so slowly, or with such times, that it would take several
-/// times as long.
+/// as FrameWait does.
 /// @param camera streaming. @param what for the progress. @throws Interrupted
 Footage take_stream(Camera& camera, double seconds, const std::string& what, const Surroundings& surroundings) {
   FrameWait wait(seconds, camera.facts().settings.rate_hz, kNextFrame, surroundings);

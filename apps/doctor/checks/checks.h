@@ -48,32 +48,33 @@ class Stopping {
   Device& device_;
 };
 
+/// @throws Interrupted if the check was stopped from outside
 inline void end_if_asked(const Surroundings& surroundings) {
   if (surroundings.stop) throw Interrupted();
 }
 
 // ---- frames
 
-/// A rate that differs by at most this share is the requested one.
+/// Largest relative difference between a measured rate and the requested one that is accepted.
 inline constexpr double kRateShare = 0.05;
 
-/// Bounds the wait for `seconds` of frames, so that a broken camera cannot hold up the doctor: gives up after a few
-/// failures in a row, and when frames come so slowly, or with such times, that it would take several times as long. The
-/// seconds begin after a short time of the stream, in which a camera adjusts its exposure.
+/// Limits the wait for `seconds` of frames, because a broken camera must not block the doctor. Gives up after a few
+/// consecutive failures, or when slow frames or wrong times would make the wait several times as long. The seconds
+/// begin after a short part of the stream, in which a camera adjusts its exposure.
 class FrameWait {
  public:
-  /// @param seconds of the frames' own time, > 0. @param least of patience for one frame
+  /// @param seconds of the frames' own time, > 0. @param least lower limit of patience()
   FrameWait(double seconds, double rate_hz, std::chrono::milliseconds least, const Surroundings& surroundings);
 
-  /// How long to wait for the next frame.
+  /// Returns the longest wait for the next frame.
   [[nodiscard]] std::chrono::milliseconds patience() const { return patience_; }
   /// Returns whether to grab once more. @throws Interrupted
   [[nodiscard]] bool goes_on();
-  /// Notes a frame, and returns whether it counts: the seconds began with an earlier one.
+  /// Notes a frame. Returns whether it counts, which requires that the seconds began with an earlier frame.
   bool came(double captured_s);
   /// Returns the time from the frame with which the seconds began to the latest one.
   [[nodiscard]] double done_s() const { return begin_s_ ? last_s_ - *begin_s_ : 0; }
-  /// Notes a failure, and returns whether it may pass.
+  /// Notes a failure. Returns whether the next grab may succeed.
   [[nodiscard]] bool outlasts(const Error& error);
 
  private:
@@ -94,27 +95,28 @@ struct CameraUnderTest {
   std::optional<vision::RimCircle> rim{};  ///< rim of the mirror according to `rig:`; none: a camera without mirror
 };
 
-/// Configures the camera, streams for `seconds` and checks the frames; leaves the camera stopped.
+/// Configures the camera, streams for `seconds` and checks the frames. The camera is stopped at the end.
 /// @throws Interrupted; the camera is stopped then, too
 void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
                   Report& report);
 
 // ---- an image
 
-/// Returns the blur of the rim's edge in pixels: the step of brightness over its steepest slope, the median over all
-/// directions in which the step is clear. The sharpest possible edge has 1 to 2; a Gaussian blur of sigma gives sqrt(2
-/// pi) sigma. It measures the focus at the rim's distance, which is a little nearer than the mirror's image. Returns
-/// nothing where the rim is visible in too few directions.
+/// Returns the blur of the rim's edge in pixels. It is the step of brightness divided by its steepest slope, as the
+/// median over all directions in which the step is clear. The sharpest possible edge has 1 to 2. A Gaussian blur of
+/// sigma gives sqrt(2 pi) sigma. The blur shows the focus at the rim's distance, which is a little nearer than the
+/// mirror's image. Returns nothing if the rim is visible in too few directions.
 std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle& rim);
 
-/// Returns the measurement and the advice; the caller sets the part.
-/// @param found nothing: there is no rim near the believed one; the robot file is then wrong only if `may_show`
-/// (vision::rim_may_show)
+/// Returns the measurement and the advice. The caller sets the part.
+/// @param found nothing: there is no rim near the believed one. The robot file is then reported as wrong only if
+/// `may_show` (vision::rim_may_show)
 /// @param view as in `rig:`
 Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
                  const std::string& view);
 
-/// Adds the rows exposure, mirror and focus of an image; without a believed rim, only exposure.
+/// Adds the rows exposure, mirror and focus of an image. Adds only exposure without a believed rim, and no focus
+/// without a rim in the image.
 /// @param image kRgb8
 void check_image(const std::string& part, const Image& image, const std::optional<vision::RimCircle>& believed,
                  Report& report);
@@ -138,20 +140,21 @@ struct Pairs {
   std::optional<Error> ended_by{};
 };
 
-/// Returns the rate of pairs, the frames without a partner and the longest wait, with the limit of the robot file.
+/// Returns the rows for the rate of pairs, the frames without a partner and the longest wait. The pairs were taken with
+/// the skew limit of the robot file.
 std::vector<Row> judge_pairs(const Pairs& pairs, const PairUnderTest& test);
-/// Returns the skew, and whether the limit suits these cameras. @param any their skews with a limit that pairs every
-/// frame
+/// Returns the row for the skew, which also judges whether the limit suits these cameras.
+/// @param any pairs that were taken with a limit that pairs every frame
 Row judge_skew(const Pairs& any, const PairUnderTest& test);
 
-/// Opens the pair, and again with a wide limit where that of the robot file leaves frames unpaired.
+/// Opens the pair and checks it. Opens it again with a wide limit if that of the robot file leaves frames unpaired.
 /// @throws Interrupted
 void check_pair(const PairUnderTest& test, const OpenPair& open, double seconds, const Surroundings& surroundings,
                 Report& report);
 
 // ---- the drive
 
-/// Whether the wheels may be turned.
+/// States whether the wheels may be turned.
 enum class Permission { kGiven, kRefused };
 
 struct DriveUnderTest {
@@ -159,17 +162,17 @@ struct DriveUnderTest {
   double period_s = 0;  ///< period of the frames: the angles are read once in each
 };
 
-/// Checks controller, time-out, reading, and whether the wheels stand still without a command. No command is given.
+/// Checks controller, time-out, reading, and whether the wheels stand still without a command. It gives no command.
 /// @return whether the moving tests make sense. @throws Interrupted
 bool check_standing_drive(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings,
                           Report& report);
 
-/// Asks whether both wheels are off the ground, unless the user has stated it before; only "yes" permits the moving
-/// tests. Otherwise adds a row `not run`.
+/// Asks whether both wheels are off the ground, unless the user has stated it before. Only "yes" permits the moving
+/// tests. Any other answer adds a row `not run`.
 Permission ask_off_the_ground(bool was_stated, const Surroundings& surroundings, Report& report);
 
-/// The moving tests: which wheel turns in which direction, speed, the least speed, counts per turn, the two ways of
-/// stopping. The wheels must be off the ground. They are stopped afterwards, in every case. @throws Interrupted
+/// Performs the moving tests: which wheel turns in which direction, the speed, the least speed, the counts per turn and
+/// the two ways of stopping. Requires wheels off the ground. Stops them afterwards in every case. @throws Interrupted
 void check_wheels(const DriveUnderTest& test, DiffDrive& drive, const Surroundings& surroundings, Report& report);
 
 }  // namespace twocone::doctor

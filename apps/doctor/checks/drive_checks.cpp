@@ -73,7 +73,7 @@ Row judge_standing(const Readings& readings, double still_rad) {
   return row;
 }
 
-/// Judges what stops the wheels when the program does not: the controller's own time-out, or the watchdog.
+/// Judges the means that stop the wheels if the program fails: the controller's own time-out, or the watchdog.
 Row judge_timeout(const DriveFacts& facts, const DriveLimits& limits) {
   const std::string own =
       facts.own_timeout ? fmt::format("own {:.1f} s", seconds_of(*facts.own_timeout)) : std::string("none of its own");
@@ -93,13 +93,13 @@ constexpr const char* kCommanded = "stop, commanded";
 constexpr const char* kSilent = "stop, silence";
 constexpr double kDriveTime_s = 1;
 constexpr double kGrace_s = 0.1;
-// At this time after the limit, a wheel that was not stopped has turned far more than the uncertainty.
+// In this time after the limit, a wheel that was not stopped turns by far more than the uncertainty.
 constexpr double kBeyond_s = 0.2;
 constexpr double kBetweenLooks_s = 0.3;
 constexpr double kWatch_s = 2;
 
-/// Returns the time in seconds from `stop_s` until the wheels stood still, to the resolution of two samples; nothing if
-/// they still turned at the last sample.
+/// Returns the time in seconds from `stop_s` until the wheels stood still, to the resolution of two samples. Returns
+/// nothing if they still turned at the last sample.
 std::optional<double> stop_time_after(double stop_s, const Course& watched, double still_rad) {
   if (watched.samples.size() < 2) return std::nullopt;
   const WheelSample& last = watched.samples.back();
@@ -183,9 +183,9 @@ Row test_silent(const DriveUnderTest& test, WheelBench& bench) {
   return judge_stop(kSilent, ran_s, test.asked.limits);
 }
 
-/// Tests both ways of stopping, from a moderate speed: by a command, and by silence. In the second test the angles are
+/// Tests both ways of stopping from a moderate speed: by a command, and by silence. In the second test, the angles are
 /// not read until the wheels must stand still, because a reading may make a driver stop them. The running time is the
-/// angle that they turned over their speed, so a wheel that coasts evenly counts half of its coasting.
+/// angle that they turned divided by their speed. Half of the time of even coasting is therefore counted.
 void test_stopping(const DriveUnderTest& test, DiffDrive& drive, WheelBench& bench, const Surroundings& surroundings,
                    Report& report) {
   end_if_asked(surroundings);

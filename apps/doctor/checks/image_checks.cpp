@@ -18,7 +18,7 @@ constexpr double kBlack = 4;
 constexpr double kWhite = 251;
 // Below kDark, 8 bits and noise leave no hue; a lens cap gives about 0. Above kGlaring, colours are lost in white.
 constexpr double kDark = 12, kDim = 40, kBright = 200, kGlaring = 245;
-// The tip shows the camera's own black lens, and a window or a lamp may be white: shares up to these are no fault.
+// The tip shows the camera's own black lens, and a window or a lamp may be white. Shares up to these are accepted.
 constexpr double kMuchBlack = 0.3, kMuchWhite = 0.05, kMostlyWhite = 0.5;
 
 // `run` warns beyond the first value. Beyond the second, the rig itself is wrong, and a calibration of small errors
@@ -39,7 +39,7 @@ constexpr double kClearStep = 16;
 // The edge ends where the slope is a tenth of the steepest one.
 constexpr double kEdgeEnd = 0.1;
 
-/// Returns the brightness across the rim; empty where the image does not contain all of it.
+/// Returns the brightness across the rim, or an empty profile if the image does not contain all of it.
 std::vector<double> profile_across(const cv::Mat& grey, const vision::RimCircle& rim, double angle_rad) {
   std::vector<double> profile;
   const int half = int(kReach_px * kSamplesPerPixel);
@@ -56,7 +56,7 @@ std::vector<double> profile_across(const cv::Mat& grey, const vision::RimCircle&
 std::optional<double> width_of_edge(const std::vector<double>& profile) {
   const int half = kSamplesPerPixel / 2;
   const auto count = static_cast<int>(profile.size());
-  // Slope over one pixel.
+  // Returns the slope over one pixel.
   const auto slope = [&](int i) { return profile.data()[i + half] - profile.data()[i - half]; };
   const int middle = count / 2;
   const int near = int(kNear_px * kSamplesPerPixel);

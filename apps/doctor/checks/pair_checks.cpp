@@ -18,9 +18,9 @@ constexpr const char* kPairPart = "pair";
 constexpr milliseconds kPairTime{2'000};
 constexpr double kPoorShare = 0.5;
 constexpr double kFewUnpaired = 0.05;
-// Free-running cameras meet at any skew. A skew that stays within this fraction shows that something synchronises them.
+// Free-running cameras have any skew. A skew within this fraction of a period shows that the cameras are synchronised.
 constexpr double kTogether = 0.05;
-// The nearest partner of a frame is at most half a period away, and capture times scatter.
+// The nearest partner of a frame is at most half a period away. The rest allows for the scatter of capture times.
 constexpr double kAnyPartner = 0.55;
 constexpr double kMargin = 1.5;
 

@@ -15,11 +15,11 @@ using std::numbers::pi;
 
 constexpr double kTurnTime_s = 2;
 constexpr double kSpinUp_s = 0.7;
-// Fraction of the commanded angle: a wheel that turned by less stood still, except for vibration.
+// Fraction of the commanded angle. A wheel that turned by less stood still, except for vibration.
 constexpr double kMoved = 0.1;
 constexpr double kSpeedShare = 0.10, kPoorSpeedShare = 0.25;
 constexpr double kTurns = 5;
-// A user reads a mark on a wheel to an eighth of a turn.
+// A user can read a mark on a wheel to an eighth of a turn.
 constexpr double kReading_turns = 0.15;
 constexpr double kPatience = 3;
 // A stopped wheel continues to turn for about this time.
@@ -28,10 +28,10 @@ constexpr double kLead_s = 0.03;
 constexpr const char* kLeastSpeed = "least speed";
 // An integrating control loop needs time to overcome friction: one power step in each 33 ms.
 constexpr double kLeastTime_s = 4;
-// After that, the wheel has turned as far as in this time at the commanded speed, or it does not turn.
+// A wheel turns only if it has by then moved at least as far as in this time at the commanded speed.
 constexpr double kLeastWay_s = 1;
 constexpr double kFaster = 1.3;
-// Where the least speed is unknown: this fraction of the speed that a user can follow.
+// First tested fraction of the speed that a user can follow, if the least speed is unknown.
 constexpr double kLeastGuess = 1.0 / 8;
 
 std::string name_of(Side side, const char* ending) { return fmt::format("{} {}", to_string(side), ending); }
@@ -40,7 +40,7 @@ std::string describe(const Turning& turning) {
   return fmt::format("{} {}", to_string(turning.side), turning.is_forward ? "forward" : "backward");
 }
 
-/// Returns what to do about the choice of the wheel; empty if it is the right one.
+/// Returns what to do if the wrong wheel turned, or an empty text.
 std::string which_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_swapped) {
   const bool counted_other = counted.side != commanded;
   if (!seen) {
@@ -53,7 +53,7 @@ std::string which_advice(Side commanded, const Turning& counted, const std::opti
   return "";
 }
 
-/// Returns what to do about the direction; empty if it is forward.
+/// Returns what to do if the wheel did not turn forward, or an empty text.
 std::string way_advice(Side commanded, const Turning& counted, const std::optional<Turning>& seen, bool is_reversed) {
   const char* const side = to_string(commanded).data();
   if (!seen && counted.is_forward) return "";
@@ -75,7 +75,7 @@ std::optional<Turning> ask_what_was_seen(const Surroundings& surroundings) {
   return answer ? parse_turning(*answer) : std::nullopt;
 }
 
-/// Returns the speed in radians per second after the spin-up; nothing if there are too few samples.
+/// Returns the speed in radians per second after the spin-up, or nothing if there are too few samples.
 std::optional<double> speed_of(const Course& course, double WheelSample::*angle) {
   const double from_s = course.samples.front().t_s + kSpinUp_s;
   const auto first = std::ranges::find_if(course.samples, [from_s](const WheelSample& s) { return s.t_s >= from_s; });
@@ -119,7 +119,7 @@ bool test_wheel(Side side, const DriveUnderTest& test, WheelBench& bench, const 
   if (course.ran_away) {
     row.verdict = kFailed;
     row.measured += "; it ran away and was stopped";
-    // A control loop whose encoder is that of the other wheel never sees its own motor: it drives with full power, and
+    // A control loop that reads the other wheel's encoder never measures its own motor. It drives with full power, and
     // the other loop works against it.
     if (!counted.turning() && !counted.has_nothing()) {
       row.advice = "the control loops cross: exchange the two motors' plugs, not the encoders'; run it again";
@@ -142,11 +142,11 @@ std::optional<double> parse_turns(const std::string& text) {
   return turns;
 }
 
-/// The least speed from standstill, of both wheels, as far as it was tested.
+/// The least speed of both wheels from standstill, as far as it was tested.
 struct LeastSpeed {
   double believed_radps = 0;           ///< according to the robot file or the protocol; 0: unknown
   std::optional<double> turns_radps;   ///< the lowest tested speed at which both turned
-  std::optional<double> stands_radps;  ///< the greatest at which one did not
+  std::optional<double> stands_radps;  ///< the greatest tested speed at which one did not turn
 };
 Row judge_least_speed(const LeastSpeed& measured) {
   Row row{kDrivePart, kLeastSpeed, ""};
@@ -157,10 +157,10 @@ Row judge_least_speed(const LeastSpeed& measured) {
   }
   row.measured = fmt::format("{:.2f} rad/s turns both wheels", *measured.turns_radps);
   if (measured.stands_radps) row.measured += fmt::format(", {:.2f} does not", *measured.stands_radps);
-  // Half of the believed speed need not turn them.
+  // It is no fault if half of the believed speed does not turn them.
   if (measured.stands_radps && *measured.stands_radps >= measured.believed_radps) {
     row.verdict = kWarning;
-    // The rounded value must not be below a speed that was seen to turn them.
+    // The value is rounded up, because a lower speed was not seen to turn them.
     row.advice = fmt::format("set least_speed_radps: {:.2f}; slower commands turn no wheel",
                              std::ceil(100 * *measured.turns_radps) / 100);
   }
@@ -269,7 +269,7 @@ void test_least_speed(const DriveUnderTest& test, WheelBench& bench, const Surro
   double speed = found.believed_radps > 0 ? found.believed_radps : kLeastGuess * bench.speed_radps();
   if (turns(speed)) {
     const bool is_refused = !turns(speed / 2) && error && error->code == ErrorCode::kRefused;
-    if (is_refused) {  // its controller cannot represent so low a speed
+    if (is_refused) {  // the controller cannot represent such a low speed
       error.reset();
       found.stands_radps.reset();
     }

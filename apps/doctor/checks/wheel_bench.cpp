@@ -20,7 +20,7 @@ constexpr double kWaitStep_s = 0.05;
 constexpr double kStillFor_s = 0.3;
 constexpr double kStopTime_s = 2;
 constexpr int kWheelTroublesInARow = 3;
-// A wheel that turns this far against its command, or beyond it, is out of control.
+// A wheel that turns this far against its command, or beyond the angle that it may reach, is out of control.
 constexpr double kOutOfHand_rad = pi;
 constexpr double kOutOfHandFactor = 2;
 
