@@ -166,7 +166,7 @@ Map with_own_folder(Map map) {
   return map;
 }
 
-/// Returns twice the signed area of the triangle: > 0 if it is counter-clockwise.
+/// Returns twice the signed area of the triangle, > 0 if it is counter-clockwise.
 double turn(const Point& a, const Point& b, const Point& c) {
   return (b.x_m - a.x_m) * (c.y_m - a.y_m) - (b.y_m - a.y_m) * (c.x_m - a.x_m);
 }

@@ -21,14 +21,13 @@ using Point = FloorPoint;
 using Polygon = std::vector<Point>;  ///< at least three corners; the outline must not cross itself
 using Obstacle = std::variant<Polygon, Disc>;
 
-/// Returns whether the closed outline through `corners` neither crosses nor touches itself: it has at least three
+/// Returns whether the closed outline through `corners` does not cross or touch itself: it has at least three
 /// corners, no corner occurs twice, and no two edges share a point except the corner between neighbours. If three
 /// points are in line to within rounding, the result may be either.
 bool is_simple(const Polygon& corners);
 
-/// An object that moves along a path at constant speed, the scene object `moving.NAME`. The name has letters, digits
-/// and
-/// _, and is unique; the path is inside the bounds.
+/// An object that moves along a path at constant speed, the scene object `moving.NAME`. The name is unique and has
+/// letters, digits and _. The path is inside the bounds.
 using Moving = sim_povray::MovingThing;
 
 /// Effects of the scene that the map may switch off (`effects:`), although the scene uses them.

@@ -49,7 +49,7 @@ void read_drive(Section& root, Drive& drive) {
   read_serial_drive(*section, drive);
 }
 
-/// A camera while it is read. Its own `effects` are read after those that all cameras share.
+/// The state of a camera during reading. Its own `effects` are read after those that all cameras share.
 struct ReadCamera {
   Section* section = nullptr;  ///< null: absent or unreadable
   drivers::CameraPart* camera = nullptr;
@@ -210,8 +210,7 @@ Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
 
 Robot read_robot(const std::filesystem::path& file) {
   Robot robot = parse_robot(load_yaml(file), file);
-  // Run folders are named after the robot. The check is only here, so that an older run with another name stays
-  // readable.
+  // Run folders are named after the robot. parse_robot() does not check this, because older runs must stay readable.
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
   const bool has_control = std::ranges::any_of(robot.name, is_control);
   if (has_control || robot.name.find('/') != std::string::npos || robot.name.starts_with(".") ||

@@ -135,12 +135,12 @@ Robot scaled(Robot robot, double k);
 
 /// Returns the text of a robot file that equals `original` except for the values in `changed` of: `rig:`, the two wheel
 /// sizes, width_px, height_px, rate_hz, antialias and effects of the pair, `effects:` of the body, and `estimator:`.
-/// Additional cameras take the pair's rate, and so does max_skew_s where `original` does not set it.
+/// Additional cameras take the pair's rate. max_skew_s also follows it if `original` does not set this key.
 ///
 /// The effects of one camera are written into its own `effects`. Only the keys that differ from `original` are written.
 /// `effects.camera` stays unchanged, because it also applies to the additional cameras.
 ///
-/// Numbers are printed so that they read back equal. Mirror sizes are written in `rig:` if both mirrors share them, and
+/// Numbers have enough digits to read back equal. Mirror sizes are written in `rig:` if both mirrors share them, and
 /// otherwise in `lower:` and `upper:`. Default values are left out. A view that still has the lens and the image size
 /// of its `camera_info` names that file. Any other view has the numbers themselves. `map` and `camera_info` are written
 /// relative to the folder of the new file, unless they are absolute in `original`. Comments are lost, and the text

@@ -91,7 +91,7 @@ YAML::Node rig_of(const Rig& rig, const std::string& lower_info, const std::stri
   return node;
 }
 
-/// Leaves the text of a camera unchanged where it already has the right values.
+/// Changes only those values of a camera that differ from `read`.
 void set_camera(YAML::Node camera, const drivers::CameraPart& changed, const drivers::CameraPart& read) {
   const CameraSettings &now = changed.settings, &then = read.settings;
   if (now.width_px != then.width_px) camera["width_px"] = now.width_px;

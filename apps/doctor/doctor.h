@@ -20,7 +20,7 @@ namespace twocone::doctor {
 struct Surroundings {
   const Clock& clock;
   std::function<void(std::chrono::nanoseconds)> sleep;
-  /// Asks the user a question, who may take minutes. Returns nothing without an answer. Empty: there is no user.
+  /// Asks the user a question and waits, perhaps for minutes. Returns nothing without an answer. Empty: no user.
   std::function<std::optional<std::string>(const std::string& question)> ask{};
   /// Called with the current work and its fraction done, 0 to 1.
   std::function<void(const std::string& what, double share)> progress = [](const std::string&, double) {};

@@ -181,7 +181,7 @@ std::vector<std::string> options_of(const Recording& recording) {
   }
   add("--trajectory", recording.trajectory);
   add("--odometry", recording.odometry);
-  // Twelve digits cancel the rounding of the division by 1000.
+  // Twelve digits remove the rounding error of the division by 1000.
   if (recording.max_skew_s) {
     words.insert(words.end(), {"--max-skew-ms", fmt::format("{:.12g}", *recording.max_skew_s * 1e3)});
   }

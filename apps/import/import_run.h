@@ -29,8 +29,7 @@ struct Imported {
   std::vector<std::string> events;  ///< events for run.yaml: what was done and what was left out, one sentence each
 };
 
-/// Makes a run folder (docs/file-formats.md) from a recording of another program, for all programs that read
-/// runs.
+/// Makes a run folder (docs/file-formats.md) from a recording of another program, for all programs that read runs.
 ///
 /// pair_images() finds the pairs. A frame's time is that of the lower image, relative to the first frame. Frames that a
 /// given trajectory or odometry does not cover are left out. Wheel angles are interpolated at the frame's time, and
@@ -39,7 +38,7 @@ struct Imported {
 /// empty fields.
 ///
 /// An image that cannot be decoded is left out if it is the last of its folder, because the recording may have been cut
-/// off there. After a failure nothing of the run remains.
+/// off there. A failure leaves no run.
 /// @param out empty or not yet existing
 /// @throws config::FileError, runlog::DiskError
 Imported import_run(const Recording& recording, const std::filesystem::path& out,

@@ -10,7 +10,7 @@
 #include "apps/runlog/run_data.h"
 #include "localisation/odometry.h"
 
-/// The robot's motion from files of another program, on the clock of the images.
+/// Reads the robot's motion from files of another program, on the clock of the images.
 namespace twocone::importer {
 
 /// A series of increasing times, with interpolation between them.
@@ -25,8 +25,7 @@ class Timeline {
     double share = 0;        ///< fraction of the way to the next time, 0 to 1
   };
   /// Returns nothing before the first and after the last time, with a tolerance of half a millisecond for rounded
-  /// times. Returns nothing in a gap either, which is where neighbours are more than a second and more than five median
-  /// periods apart.
+  /// times. Returns nothing in a gap, where neighbours are more than a second and more than five median periods apart.
   [[nodiscard]] std::optional<Place> find(Stamp time) const;
 
   [[nodiscard]] Stamp first() const { return times_.front(); }

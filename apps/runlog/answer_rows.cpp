@@ -15,7 +15,7 @@ void add_sighting(std::uint64_t frame, double t_s, const std::string& landmark, 
                   covariance(0, 1), covariance(1, 1), sighting->edge_noise_px});
 }
 
-/// @param covariance of x, y and heading; the latter's entries only count if there is a heading
+/// Sets the row's covariance. @param covariance of x, y and heading; without a heading, its entries are not used
 template <typename Row>
 void set_covariance(const std::optional<Eigen::Matrix3d>& covariance, bool has_heading, Row& row) {
   const auto entry = [&](int i, int j, bool is_there) {

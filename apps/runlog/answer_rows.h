@@ -25,7 +25,8 @@ struct AnswerRows {
   /// The result of the track (track.h); estimate.tum is written from it too.
   std::optional<TrackRow> track{};
 };
-/// @param answer ranges in the map's order; its fix's outliers are indices of them
+/// Returns the rows for the answer of a frame, without timing and track.
+/// @param answer ranges in the map's order; the outliers of its fix are indices of ranges
 /// @param truth the true pose; null on hardware
 AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswer& answer, const config::Map& map,
                    const PoseRow* truth);
@@ -39,8 +40,8 @@ class AnswerReader {
   /// @param method as read_run. @throws config::FileError as read_run
   AnswerReader(const std::filesystem::path& run, const std::string& method);
 
-  /// Returns ranges, fixes and sightings of `frame`; the lists are empty where the tables have none. The caller must
-  /// ask for frames in rising order and may skip frames. @throws config::FileError as TableReader
+  /// Returns ranges, fixes and sightings of `frame`. The lists are empty if the tables have none. The caller must
+  /// request frames in rising order and may skip frames. @throws config::FileError as TableReader
   AnswerRows of(std::uint64_t frame);
 
  private:

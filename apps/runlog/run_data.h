@@ -33,10 +33,10 @@ inline constexpr const char* kImported = "imported";
 /// Digests of the files from which a run was made, by their absolute paths.
 using FileDigests = std::map<std::string, std::string>;
 
-/// Returns the files of a map's scene: the scene, and each file that the scene or one of its .inc or .pov
-/// files names in quotes and that lies beside the scene or in the map's `scene_paths:`. POV-Ray's own libraries are
-/// left out. The digest is 64-bit FNV-1a. It detects accidental changes and does not protect against forgery.
-/// Requires a map that names a scene. A file that cannot be read is left out, because rendering reports it.
+/// Returns the files of a map's scene. These are the scene and each file in its folder or in the map's `scene_paths:`
+/// that the scene or one of its .inc or .pov files names in quotes. POV-Ray's own libraries are left out. The digest is
+/// 64-bit FNV-1a. It detects accidental changes and does not protect against forgery. Requires a map that names a
+/// scene. A file that cannot be read is left out, because rendering reports it.
 FileDigests scene_files(const config::Map& map);
 
 /// The content of run.yaml, which is enough to repeat the run.
@@ -127,7 +127,7 @@ struct FixRow {
   std::optional<double> unseen_x{}, unseen_y{}, unseen_heading{};
 };
 
-/// Returns whether the row has a position that is not an answer. It counts as a frame without a fix.
+/// Returns whether the row has a position that is not an answer. Such a row counts as a frame without a fix.
 bool is_out_of_bounds(const FixRow& row);
 
 /// A row of track.csv: the robot's estimate of its pose at a frame, and the use of the frame's fix (track.h).

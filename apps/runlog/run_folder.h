@@ -100,11 +100,11 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file);
 /// Writes an image completely or not at all. @throws DiskError
 void write_image(const std::filesystem::path& file, const Image& image);
 
-/// The images of a run folder by camera and sequence number, for simulated cameras
+/// Returns the images of a run folder by camera and sequence number, for simulated cameras
 /// (sim_povray::SessionSettings::stored).
 class StoredImages {
  public:
-  /// Takes the frames in frames.csv. @throws config::FileError
+  /// Reads the list of frames from frames.csv. @throws config::FileError
   explicit StoredImages(std::filesystem::path folder);
 
   [[nodiscard]] int frames() const { return frames_; }

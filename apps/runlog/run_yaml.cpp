@@ -84,8 +84,8 @@ std::string difference(const std::string& path, const YAML::Node& then, const YA
 
 std::string digest_of(std::string_view bytes) { return fmt::format("{:016x}", base::fnv1a(bytes)); }
 
-/// Returns the texts between quotation marks that may be names of files. Those in comments do no harm. A single
-/// quotation mark, for example in a comment, does not hide the names after it.
+/// Returns the texts between quotation marks that may be names of files. Texts in comments are included, but do no
+/// harm. A single quotation mark, for example in a comment, does not hide the names after it.
 std::vector<std::string> quoted_in(const std::string& text) {
   static const std::regex kQuoted("\"([^\"\n]{1,255})\"");
   std::vector<std::string> names;

@@ -27,10 +27,10 @@ struct RunOptions {
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
   /// kKeep: `out` holds an equal run that was cut off (resume()). That run is driven again from the start with the
-  /// stored images, and continues where they end.
+  /// stored images, and continues after the last of them.
   runlog::OldLines old = runlog::OldLines::kDrop;
-  bool replace = false;  ///< a run in `out` is removed (locked_folder.h) once the robot has been opened
-  bool truth = false;    ///< also writes what each mirror pixel really shows (runlog::write_truth)
+  bool replace = false;  ///< a run in `out` is removed (locked_folder.h) after the robot has been opened
+  bool truth = false;    ///< also writes the true content of each mirror pixel (runlog::write_truth)
   /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< receives each of RunInfo::events at once; may be empty
@@ -75,7 +75,7 @@ std::string why_not_resumed(const std::filesystem::path& folder);
 /// @returns as run(). Errors: as run()
 /// @throws config::FileError with the reason why the run cannot be continued: it is finished; its robot is real,
 /// imported or in a served world; it had a time budget, so the clock took part; another version of the program made it;
-/// its robot file, map or scene has changed since (with what has changed). DiskError
+/// its robot file, map or scene has changed since (the message names the change). DiskError
 Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOptions& options, const Progress& progress,
                                const std::atomic<bool>& stop);
 
@@ -99,7 +99,7 @@ Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation
 /// would have recorded them. localise() can then compute ranges and fixes with that file's `rig:` and wheels, for
 /// example after a calibration. `from` is not changed.
 ///
-/// Images are hard links where the disk supports them, otherwise copies. The odometry is computed again from the
+/// Images are hard links if the disk supports them, otherwise copies. The odometry is computed again from the
 /// recorded angles. run.yaml is that of `from` with the other robot and an event that reports the change. The map is
 /// still that of `from`. A robot file whose map has other landmarks or bounds is therefore rejected.
 /// @param from may be a run that was cut off

@@ -107,7 +107,7 @@ std::optional<runlog::RunLock> lock_around(const std::filesystem::path& file) {
 
 void calibrate_with(CalibrateArguments options) {
   for (const std::string& prior : options.priors) set_prior(prior, options.settings.priors);
-  // The names contain that of the robot file, so that two calibrations can share a folder.
+  // The names contain that of the robot file, because two calibrations may share a folder.
   const std::string stem = options.out.stem().string();
   if (options.json.empty()) options.json = options.out.parent_path() / (stem + ".calibration.json");
   std::vector<std::filesystem::path> results{options.out, options.json};
@@ -132,7 +132,7 @@ void calibrate_with(CalibrateArguments options) {
     runlog::write_whole(results[2], calibrate::residual_figure(report, vision::Side::kLower));
     runlog::write_whole(results[3], calibrate::residual_figure(report, vision::Side::kUpper));
   }
-  // The robot file is written last, so that all files that belong to it exist with it.
+  // The robot file is written last. If it exists, all files that belong to it exist too.
   config::Robot calibrated = robot;
   calibrated.rig = report.rig;
   calibrated.drive.wheel_separation_m = report.drive.wheel_separation_m;

@@ -12,7 +12,7 @@
 #include "base/errors.h"
 #include "hal/result.h"
 
-/// The subcommands, and what they share.
+/// The subcommands of twocone and their common parts.
 namespace twocone::cli {
 
 /// A subcommand failed. The message has one or more lines for the user. main() prints them and exits with 1.
@@ -77,7 +77,7 @@ class HelpFormatter final : public CLI::Formatter {
 /// Adds the subcommand help [COMMAND], which prints what COMMAND --help prints.
 void add_help(CLI::App& program);
 
-/// Adds the option --log-level to the subcommands that open devices or take long. They must be there already.
+/// Adds the option --log-level to the subcommands that open devices or take long. Requires that they exist already.
 void add_log_level(CLI::App& program);
 
 /// Adds an option with a check. --help shows its default value.
@@ -96,7 +96,7 @@ CLI::Option* add_checked(CLI::App* command, const std::string& name, Value& valu
 /// Accepts names of methods of ranging and localisation. An old name is rejected with the present one.
 [[nodiscard]] CLI::Validator is_method();
 
-// ---- the subcommands. Each function adds one with its options to the program. The callback runs it
+// ---- the subcommands. Each function adds one with its options to the program. CLI11 runs its callback
 
 void add_run(CLI::App& program);
 void add_localise(CLI::App& program);

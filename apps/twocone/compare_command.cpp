@@ -64,7 +64,7 @@ void write_robots(const CompareArguments& options, const compare::Outcome& outco
   }
   runlog::write_whole(options.write_robot, compare::corrected_robot(outcome, options.write_robot));
   fmt::print("robot   {}\n", options.write_robot.string());
-  if (options.settings.is_rendered) return;  // its robot file is the real one, which no simulation uses
+  if (options.settings.is_rendered) return;  // a rendered comparison uses the real robot file and has no twin
   const auto twin = twin_of(options.write_robot);
   runlog::write_whole(twin, compare::like_the_real(outcome, twin));
   fmt::print("robot   {}  (for the simulation)\n", twin.string());

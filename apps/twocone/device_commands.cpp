@@ -35,7 +35,7 @@ bool is_forbidden(const std::string& path) {
   return path.starts_with('/') && ::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES;
 }
 
-/// Returns cameras that may not be opened. They are in no list.
+/// Returns the cameras that the user has no permission to open. They are missing from the list of devices.
 std::vector<std::string> forbidden_cameras() {
   std::vector<std::string> paths;
   std::error_code none;

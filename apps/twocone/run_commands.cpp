@@ -53,7 +53,7 @@ config::Robot with_budget(config::Robot robot, const RunArguments& options) {
   }
 }
 
-/// Returns what an interrupted run has stored, and the command that continues it.
+/// Returns a message with the stored frames of an interrupted run and the next command, which continues or reports it.
 std::string next_step(const runs::RunOptions& run) {
   if (!std::filesystem::exists(run.out / "run.yaml")) {
     return "interrupted before its first frame: no run folder is left; next: the same command again";
@@ -133,7 +133,7 @@ runlog::RunData localise(const LocaliseArguments& options, estimation::Method me
       fmt::format("interrupted: {} is as it was; next: the same command again", options.folder.string()));
 }
 
-/// Localises the run's images with another robot's file. After a failure no folder is left that would block a retry.
+/// Localises the run's images with another robot's file. A failure leaves no folder that would block a retry.
 runlog::RunData localise_copy(const LocaliseArguments& options, estimation::Method method) {
   runs::copy_run_for_robot(options.folder, options.robot, options.out, options.replace);
   try {
@@ -157,7 +157,7 @@ void localise_with(const LocaliseArguments& options) {
 // ---- report
 
 void report_with(const std::filesystem::path& folder) {
-  (void)runlog::read_run_yaml(folder);  // without a run there is no lock
+  (void)runlog::read_run_yaml(folder);  // throws before a folder without a run is locked
   // If another program writes the run, its present state is read, and that program writes the summary.
   const auto lock = runlog::RunLock::try_take(folder);
   const runlog::RunData data = runlog::read_run(folder);

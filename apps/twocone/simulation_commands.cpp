@@ -75,7 +75,7 @@ void print_verification(const std::vector<sim_povray::Verification>& results) {
   }
 }
 
-/// Pixels that differ are a failure if neither the scene nor the map requests the difference.
+/// Reports pixels that differ as a failure if neither the scene nor the map requests the difference.
 void check_verification(const std::vector<sim_povray::Verification>& results) {
   for (const sim_povray::Verification& result : results) {
     if (result.different > 0 && !result.is_asked_for) {

@@ -14,7 +14,7 @@ namespace twocone::cli {
 /// use still fails. Otherwise the first files that the program opens would take their numbers and receive printed text.
 void open_missing_streams() noexcept;
 
-/// Writes a line to standard error. It never throws, so that a drive does not end because of its messages.
+/// Writes a line to standard error. It never throws, because a message must not end a drive.
 /// lost_output() reports a failure.
 void say(const std::string& line) noexcept;
 
@@ -53,8 +53,8 @@ class ProgressBar {
   Clock::time_point last_ = begin_;
 };
 
-/// Makes SIGINT, SIGTERM and, unless it was ignored before (nohup), SIGHUP set the returned flag, so that the work can
-/// end in good order. A second signal ends the program at once.
+/// Makes SIGINT, SIGTERM and, unless it was ignored before (nohup), SIGHUP set the returned flag. The work can then end
+/// in good order. A second signal ends the program at once.
 const std::atomic<bool>& stop_on_signals();
 
 /// Returns the signal that arrived; 0: none yet.

@@ -39,7 +39,7 @@ struct TradeoffArguments {
   }
 };
 
-/// Checks that CLI11 does not make.
+/// Makes the checks of the options that CLI11 does not make.
 void check(const TradeoffArguments& options) {
   const auto positive = [](const char* name, const std::optional<double>& value) {
     if (value && !(std::isfinite(*value) && *value > 0)) throw BadUsage("{} is {}, must be a number > 0", name, *value);
@@ -49,7 +49,7 @@ void check(const TradeoffArguments& options) {
   if (!options.write_robot.empty() && !options.requirement()) {
     throw BadUsage("--write-robot needs --target-mm or --budget-ms: the requirement for the choice");
   }
-  // A fault is reported now rather than after a sweep.
+  // A fault of --write-robot is reported before the sweep, not after it.
   const auto folder = options.write_robot.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder)) {
     throw CommandFailed("--write-robot: {} is no folder", folder.string());

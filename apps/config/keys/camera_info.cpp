@@ -57,7 +57,7 @@ void read_distortion(Section& root, RigView& view) {
   Section* matrix = read_matrix(root, "distortion_coefficients", "{rows: 1, cols: 5, data: [k1, k2, p1, p2, k3]}", 1);
   if (matrix == nullptr) return;
   constexpr std::size_t kCounts[] = {0, 4, 5, 8};
-  const std::span counts(kCounts, is_rational ? 4 : 3);  // eight coefficients for rational_polynomial only
+  const std::span counts(kCounts, is_rational ? 4 : 3);  // only rational_polynomial may have eight coefficients
   const Quantity quantity{is_rational ? "k1 k2 p1 p2 k3 k4 k5 k6" : "k1 k2 p1 p2 [k3]", kNoUnit, kAnyNumber};
   const bool is_good = matrix->number_list("data", quantity, counts, view.distortion);
   std::optional<int> columns;

@@ -16,7 +16,7 @@ constexpr Range kAddressRange{.least = 128, .greatest = 135};
 constexpr double kLeastOwnTimeout_s = 0.1;
 
 void refuse(Section& section, std::initializer_list<std::string_view> keys, const std::string& driver) {
-  const auto there = section.keys();  // has() would mark a key as known that this driver does not support
+  const auto there = section.keys();  // has() is not used, because it would mark an unsupported key as known
   for (const std::string_view key : keys) {
     if (std::ranges::find(there, key) == there.end()) continue;
     section.complain(key, kNoUnit, fmt::format("absent: driver {} has no such setting", driver));

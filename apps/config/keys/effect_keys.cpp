@@ -42,7 +42,7 @@ void for_each_key(const Effects& /*of*/, const Visit& visit) {
   visit("body_friction", {"friction between the body and what it touches", kNoUnit, kZeroOrMore}, &E::body_friction);
 }
 
-/// The same for `effects.camera` and for `effects` of one camera.
+/// Does the same for `effects.camera` and for `effects` of one camera.
 template <typename Visit>
 void for_each_key(const sim_povray::CameraEffects& /*of*/, const Visit& visit) {
   using E = sim_povray::CameraEffects;
@@ -105,7 +105,7 @@ bool read_keys(Section& section, AnyEffects& effects) {
   return good;
 }
 
-/// Returns a copy of the mapping, or a new one. A YAML alias of the mapping must not change with it.
+/// Returns a copy of the mapping, or a new one. A copy is needed, because a YAML alias of the mapping must not change.
 YAML::Node own_mapping(const YAML::Node& parent, const char* key) {
   const YAML::Node there = parent[key];
   return there && there.IsMap() ? YAML::Clone(there) : YAML::Node(YAML::NodeType::Map);
@@ -116,7 +116,7 @@ void replace(YAML::Node& parent, const char* key, const YAML::Node& mapping) {
   if (mapping.size() > 0) parent[key] = mapping;
 }
 
-/// Returns the effects of a camera that sets none itself, which come from `effects.camera`.
+/// Returns the effects of a camera without its own `effects`. They come from `effects.camera`.
 sim_povray::CameraEffects common_effects(const YAML::Node& robot, const std::filesystem::path& file) {
   sim_povray::CameraEffects common;
   Reading reading(robot, file);
@@ -206,8 +206,8 @@ void set_camera_effects(YAML::Node& robot, const std::string& name, const driver
   const auto has = [&](const char* key) { return bool(std::as_const(node)[key]); };
   const sim_povray::CameraEffects& now = changed.effects;
   for_each_key(now, [&](const std::string& key, const Quantity& /*quantity*/, auto member) {
-    // A key on which others depend is written even if it equals the common value. Without it the reader would
-    // reject them.
+    // A key on which others depend is written even if it equals the common value, because the reader rejects them
+    // without it.
     const bool is_needed = key == "exposure_time_s" || key == "readout_s" || key == "distortion";
     if (now.*member != read.effects.*member) {
       if (!is_needed) node.remove(key);

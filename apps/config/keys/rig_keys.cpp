@@ -26,7 +26,8 @@ void read_mirror(Section& where, RigView& view) {
   mirror->number("apex_rad", {"full angle of the cone", kRadians, kApexRange}, view.apex_rad);
 }
 
-/// A key of a mirror. In `rig:` it applies to both, in `rig.lower:` or `rig.upper:` to one and overrides `rig:`.
+/// A key of a mirror. In `rig:` it applies to both mirrors. In `rig.lower:` or `rig.upper:` it applies to one mirror
+/// and overrides `rig:`.
 struct MirrorKey {
   const char* key;
   Quantity quantity;
@@ -70,7 +71,7 @@ struct MirrorPart {
   std::string absent_keys = {};  ///< keys that the missing section would need
 };
 
-/// Complains if a mirror has `key` neither itself nor in common. If both lack it, there is one complaint.
+/// Complains if neither a mirror nor `rig:` has `key`. If both mirrors lack it, there is one complaint.
 void complain_missing(const MirrorKey& key, Section& rig, std::span<MirrorPart> mirrors) {
   std::vector<MirrorPart*> lacking;
   for (MirrorPart& mirror : mirrors) {

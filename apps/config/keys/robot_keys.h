@@ -18,8 +18,8 @@ namespace twocone::config {
 
 // ---- rig
 
-/// Reads `rig:` of the outermost mapping. It stores the paths of
-/// `camera_info` and does not read these files. @param file the folder of this file is the base of relative paths
+/// Reads `rig:` of the outermost mapping. It stores the paths of `camera_info` and does not read these files.
+/// @param file the folder of this file is the base of relative paths
 void read_rig(Section& root, const std::filesystem::path& file, Rig& rig);
 
 /// Makes the path of each `camera_info` absolute. @param file named when the robot was read
@@ -55,8 +55,8 @@ void check_camera_effects(const sim_povray::CameraEffects& effects, Section* own
 /// Complains about keys that have no effect, because none of the sections has the key on which they depend.
 void check_unneeded_keys(std::span<Section* const> sections);
 
-/// Writes the keys of `effects:`, except `camera`, that
-/// differ from `read`. Default values are left out, and so is an empty section.
+/// Writes the keys of `effects:`, except `camera`, that differ from `read`. Default values are left out, and so is an
+/// empty section.
 void set_effects(YAML::Node& robot, const Effects& changed, const Effects& read);
 
 /// Writes the keys of `cameras.NAME.effects` that differ from `read`. Values of `effects.camera` are not repeated,
@@ -77,8 +77,7 @@ void read_serial_drive(Section& section, Drive& drive);
 /// Reads `estimator:` of the outermost mapping.
 void read_estimator(Section& root, EstimatorKeys& keys);
 
-/// Replaces `estimator:`. Default values are left out, and so is an empty
-/// section.
+/// Replaces `estimator:`. Default values are left out, and so is an empty section.
 void set_estimator(YAML::Node& robot, const EstimatorKeys& keys);
 
 // ---- numbers as YAML

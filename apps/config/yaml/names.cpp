@@ -91,7 +91,7 @@ std::string present_columns(std::string_view header) {
 }
 
 YAML::Node with_present_names(const YAML::Node& robot) {
-  YAML::Node node = robot;  // the same node: a clone would lose its line numbers
+  YAML::Node node = robot;  // refers to the same node, because a clone would lose its line numbers
   if (!node.IsDefined() || !node.IsMap()) return node;
   for (const Renamed& renamed : kRenamed) {
     if (renamed.kind != NameOf::kRobotKey) continue;

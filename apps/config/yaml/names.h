@@ -8,9 +8,8 @@
 
 #include <yaml-cpp/yaml.h>
 
-/// Names that are not the present ones: those of version 0.1, in one table, and misspelt ones. Files that use old names
-/// stay readable, and the names are never written. An option with an old name is rejected, and the message names the
-/// new one.
+/// Handles old and misspelt names. One table lists the names of version 0.1. Files with old names stay readable, but
+/// only present names are written. An option with an old name is rejected, and the message states the present name.
 namespace twocone::config {
 
 enum class NameOf {
@@ -26,10 +25,10 @@ std::string_view present_name(NameOf kind, std::string_view name);
 /// Returns the old name of `name`, or nothing if it never had another name.
 std::optional<std::string_view> old_name(NameOf kind, std::string_view name);
 
-/// Returns a header line of a table with the present names of its columns.
+/// Returns the header line of a table with old column names replaced by present ones.
 std::string present_columns(std::string_view header);
 
-/// Puts present keys and values in the place of old ones in a robot file's node, and returns it. An old key beside the
+/// Replaces old keys and values in a robot file's node by present ones, and returns the node. An old key beside the
 /// present one stays and is reported as unknown.
 YAML::Node with_present_names(const YAML::Node& robot);
 

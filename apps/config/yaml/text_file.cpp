@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 namespace {
 
 FileError unreadable(const fs::path& file) {
-  const int why = errno;  // before format() can change it
+  const int why = errno;  // saved before format() can change it
   return FileError("{}: cannot be read: {}", file.string(), std::strerror(why));
 }
 
@@ -48,7 +48,7 @@ std::optional<std::string> TextLines::next() {
   std::string line;
   std::getline(stream_, line);
   if (stream_.bad()) throw unreadable(file_);
-  if (!stream_.good()) return std::nullopt;  // at the end, or no newline behind the line
+  if (!stream_.good()) return std::nullopt;  // at the end, also after a line without a newline
   ++number_;
   return line;
 }

@@ -40,8 +40,8 @@ class TextLines {
   std::size_t number_ = 0;
 };
 
-/// Resolves `path` as written in `file`. Relative paths start at the file's folder. `..` is removed only where that
-/// does not change the meaning; behind a symbolic link to a folder it would.
+/// Resolves `path` as written in `file`. Relative paths start at the file's folder. `..` is removed unless this changes
+/// the meaning, as it does after a symbolic link to a folder.
 std::filesystem::path resolve(const std::filesystem::path& path, const std::filesystem::path& file);
 
 }  // namespace twocone::config

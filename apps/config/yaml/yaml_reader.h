@@ -42,11 +42,11 @@ struct Range {
 inline constexpr Range kAnyNumber{};
 inline constexpr Range kAboveZero{.least = 0, .without_ends = true};
 inline constexpr Range kZeroOrMore{.least = 0};
-/// Wide, because an angle may be given as 3/4 or as -1/4 of a turn. A value in degrees is still noticed.
+/// The range is wide, because an angle may be given as 3/4 or as -1/4 of a turn. Most values in degrees are rejected.
 inline constexpr Range kWithinATurn{
     .least = -2 * std::numbers::pi, .greatest = 2 * std::numbers::pi, .words = "-2 pi to 2 pi"};
-/// Lengths of small parts (wheels, mirrors) and of the whole robot. Nothing larger passes a door, and a value of 60 is
-/// 60 mm or 60 cm written as metres.
+/// Lengths of small parts (wheels, mirrors) and of the whole robot. A larger robot does not fit through a door. A value
+/// of 60 is probably 60 mm or 60 cm, written as metres.
 inline constexpr Range kPartLength{.least = 0, .greatest = 1, .without_ends = true};
 inline constexpr Range kRobotLength{.least = 0, .greatest = 5, .without_ends = true};
 

@@ -13,7 +13,7 @@ using std::numbers::pi;
 constexpr double kTurnAroundSpeed_radps = 2 * pi;
 constexpr double kBenchSpeedShare = 0.3;
 constexpr double kStillCounts = 2.5;  // two counts, and rounding
-constexpr double kStill_rad = 0.01;   // where the drive does not report its counts
+constexpr double kStill_rad = 0.01;   // if the drive does not report its counts
 constexpr double kStep_s = 0.02;
 constexpr double kWatchStep_s = 0.005;
 constexpr double kWaitStep_s = 0.05;

@@ -80,7 +80,7 @@ LineFile::LineFile(const std::filesystem::path& file, OldLines old)
 bool LineFile::pass_over(std::string_view line, Equal equal) {
   const auto old = kept_->next();
   if (!old) {
-    // The remainder is an incomplete line from the time when the program ended.
+    // The remainder is the incomplete line that the program was writing when it ended.
     if (::ftruncate(descriptor_.get(), static_cast<off_t>(kept_bytes_)) != 0) fail(file_);
     kept_.reset();
     return false;
@@ -100,7 +100,7 @@ bool LineFile::pass_over(std::string_view line, Equal equal) {
 
 void LineFile::add(std::string_view line, Equal equal) {
   if (kept_ && pass_over(line, equal)) return;
-  // A single write per line: after a kill a reader finds only whole lines, except for the last one on a full disk.
+  // Each line is a single write. After a kill, all lines are therefore whole, except for the last one on a full disk.
   write_all(descriptor_.get(), std::string(line) + '\n', file_);
 }
 

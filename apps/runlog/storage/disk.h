@@ -22,7 +22,7 @@ void make_folder(const std::filesystem::path& folder);
 /// Removes a file or a folder, if there is one. @throws DiskError
 void remove_whole(const std::filesystem::path& path);
 
-/// Writes the whole file or nothing, by means of a temporary neighbour and a rename. @throws DiskError
+/// Writes the whole file or nothing, by means of a temporary file beside it and a rename. @throws DiskError
 void write_whole(const std::filesystem::path& file, std::string_view content);
 
 /// Makes `to`, which must not exist yet, a hard link to `from`. It copies the file if the disk has no links or is

@@ -83,7 +83,7 @@ bool holds_run(const fs::path& folder) {
 RunLock::RunLock(const fs::path& folder) : RunLock(lock_or_throw(folder)) { complete_exchanges(folder); }
 
 RunLock::~RunLock() {
-  if (descriptor_.valid()) (void)!::ftruncate(descriptor_.get(), 0);  // equal runs must have equal files
+  if (descriptor_.valid()) (void)!::ftruncate(descriptor_.get(), 0);  // because equal runs must have equal files
 }
 
 std::optional<RunLock> RunLock::try_take(const fs::path& folder) {
@@ -132,7 +132,8 @@ void NewFolder::clear() const {
 
 namespace {
 
-// In addition to kResultFiles and the cameras' folders. Includes the files that `report` and `compare --scene` add.
+// The names in a run folder besides kResultFiles and the cameras' folders, with those that `report` and `compare
+// --scene` add.
 constexpr std::array kRunFiles{"run.yaml",  "run.log",           "frames.csv",       "drive.csv",
                                "truth.tum", "odometry.tum",      RunLock::kFileName, "report.html",
                                "figures",   "rendered_from.txt", "methods"};

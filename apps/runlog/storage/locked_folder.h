@@ -11,8 +11,8 @@
 
 namespace twocone::runlog {
 
-/// The right to write into a run folder: a lock (flock) on DIR/.lock, which ends with the program in every case. Every
-/// writer holds it while it writes. Readers need no lock (run_data.h).
+/// A lock (flock) on DIR/.lock, which gives the right to write into a run folder. It ends with the program in every
+/// case. Every writer holds it during writing. Readers need no lock (run_data.h).
 ///
 /// The file remains when the lock is released. If it were removed, two programs could lock it.
 class RunLock {
@@ -40,7 +40,7 @@ class RunLock {
 /// Creates and locks a run folder. Unless keep() is called, the destructor removes it, except for earlier content.
 class NewFolder {
  public:
-  /// Creates the folders lower/ and upper/ too. A folder that holds a run is rejected, so that no run is overwritten.
+  /// Creates the folders lower/ and upper/ too. Rejects a folder that holds a run, because no run may be overwritten.
   /// Remains of a start without a frame are accepted.
   /// @param old kKeep: the folder of a run that was cut off; it is only locked. @throws DiskError
   explicit NewFolder(std::filesystem::path folder, OldLines old = OldLines::kDrop);

@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// In a stage it means: the stage is complete and replaces the old folder. In methods/NAME/ it means: that is done, and
-// the files at the top must follow.
+// In a stage, it shows that the stage is complete and must replace the old folder. In methods/NAME/, it shows that this
+// is done and that the files at the top must follow.
 constexpr const char* kJournal = ".exchange";
 constexpr std::string_view kTop = "top\n", kMethodAlone = "method\n";
 constexpr std::string_view kNew = ".new", kOld = ".old";
@@ -69,7 +69,7 @@ void finish(const fs::path& folder, const fs::path& place, const std::function<v
       if (fs::exists(place / name)) {
         write_whole(folder / name, config::read_text(place / name));
       } else {
-        remove_whole(folder / name);  // from another method, so it does not belong to these results
+        remove_whole(folder / name);  // belongs to the results of another method
       }
     }
   }
@@ -133,7 +133,7 @@ void complete_exchanges(const fs::path& folder, const std::function<void()>& bef
     }
     if (fs::exists(place / kJournal)) finish(folder, place, before_step);
   }
-  for (const fs::path& left : found.hidden) remove_whole(left);  // from programs that ended before their commit
+  for (const fs::path& left : found.hidden) remove_whole(left);  // left by programs that ended before their commit
 }
 
 fs::path top_results(const fs::path& folder) {

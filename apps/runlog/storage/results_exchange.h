@@ -40,8 +40,7 @@ class ResultsExchange {
 
   [[nodiscard]] const std::filesystem::path& stage() const { return stage_; }
 
-  /// @param before_step called before each visible change on disk, so that a test can end the program there by an
-  /// exception
+  /// @param before_step called before each visible change on disk; a test can end the program there by an exception
   /// @throws DiskError
   void commit(
       OnTop on_top, Exchange how = Exchange::kAtomic, const std::function<void()>& before_step = [] {});

@@ -15,7 +15,7 @@ constexpr char kBetween = ';';
 template <typename Row>
 struct Columns;
 
-// One list of columns for each table, in the order of the row's members, serves the header, writing and reading.
+// Lists the columns of a table once, in the order of the row's members, for the header, writing and reading.
 #define TWOCONE_COLUMNS(Row, ...)                      \
   template <>                                          \
   struct Columns<Row> {                                \

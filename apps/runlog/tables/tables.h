@@ -19,13 +19,13 @@
 #include "apps/runlog/run_data.h"
 #include "drivers/sim_povray/reflected_truth.h"
 
-/// Writes and reads a run folder's tables as text (docs/file-formats.md). Numbers are written so that reading
-/// gives the same double. A field that does not apply is empty.
+/// Writes and reads a run folder's tables as text (docs/file-formats.md). Numbers have enough digits to read back the
+/// same double. A field that does not apply is empty.
 namespace twocone::runlog {
 
 // ---- fields of a CSV line (RFC 4180)
 
-/// A flag is no number.
+/// The types of fields that are numbers. bool is excluded.
 template <typename T>
 concept FieldNumber = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 
@@ -105,9 +105,10 @@ template <typename Row>
 std::string to_line(const Row& row) {
   return TableReader<Row>::line(row);
 }
-/// The heading is kept to 1e-9 rad, as in the .tum files, because the heading of method paper comes from such a file.
+/// Returns the row's line. The heading is rounded to 1e-9 rad, as in the .tum files, because the heading of method
+/// paper comes from such a file.
 std::string to_line(const TrackRow& row);
-/// TUM: t tx ty tz qx qy qz qw. The heading is kept to 1e-9 rad.
+/// Returns a line in TUM format: t tx ty tz qx qy qz qw. The heading is rounded to 1e-9 rad.
 std::string to_line(const PoseRow& row);
 
 /// Returns the path beside the image: lower/NNNNNN.truth.csv. @param camera `lower`, `upper`

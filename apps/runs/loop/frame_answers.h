@@ -14,7 +14,7 @@ namespace twocone::runs {
 /// Computes ranges, fix, track and timing of each frame by the run's method, and by method `paper` as the baseline.
 class FrameAnswers {
  public:
-  /// @throws config::FileError for what the run's method cannot use
+  /// @throws config::FileError for a robot or map that the run's method cannot use
   FrameAnswers(const config::Robot& robot, const config::Map& map, estimation::Method method);
 
   /// Returns why method `paper` cannot be the baseline. Empty: it can, or it is the run's method itself.
