@@ -210,7 +210,8 @@ Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
 
 Robot read_robot(const std::filesystem::path& file) {
   Robot robot = parse_robot(load_yaml(file), file);
-  // Run folders are named after the robot. parse_robot() does not check this, because older runs must stay readable.
+  // Run folders have the robot's name. Only read_robot() checks it, because an older run with another name must stay
+  // readable.
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
   const bool has_control = std::ranges::any_of(robot.name, is_control);
   if (has_control || robot.name.find('/') != std::string::npos || robot.name.starts_with(".") ||

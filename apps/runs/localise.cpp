@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 // Stands in place of a verdict if the images cannot be read.
 constexpr const char* kNoImage = "no_image";
 
-/// A frame's two images.
+/// A frame's two images. Functions return nothing in its place if an image cannot be read and that is allowed.
 struct Pair {
   Image lower, upper;
 };

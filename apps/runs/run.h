@@ -34,7 +34,7 @@ struct RunOptions {
   /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< receives each of RunInfo::events at once; may be empty
-  /// Makes the robot from its parts.
+  /// Opens the robot from its parts.
   std::function<Result<Robot>(const drivers::RobotSettings&)> open = drivers::open_robot;
 };
 

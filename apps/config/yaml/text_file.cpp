@@ -48,7 +48,7 @@ std::optional<std::string> TextLines::next() {
   std::string line;
   std::getline(stream_, line);
   if (stream_.bad()) throw unreadable(file_);
-  if (!stream_.good()) return std::nullopt;  // at the end, also after a line without a newline
+  if (!stream_.good()) return std::nullopt;  // at the end; a line without a newline is left out
   ++number_;
   return line;
 }

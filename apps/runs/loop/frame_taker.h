@@ -62,8 +62,8 @@ inline double seconds_since(std::chrono::steady_clock::time_point begin) {
 
 /// Decides how long failing devices are tried again, and reports the start and the end of each series of failures.
 ///
-/// A series starts with the first failure and ends when all devices answer again. A damaged frame (kBadData) is a
-/// momentary failure, so only its start is reported.
+/// A series starts with the first failure and ends when all devices answer again. A series of nothing but damaged
+/// frames (kBadData) is reported once, without an end.
 class FaultPolicy {
  public:
   /// @param patience longest duration of one series; 0: the first failure ends the run
