@@ -24,11 +24,12 @@ namespace fs = std::filesystem;
 // Stands in place of a verdict if the images cannot be read.
 constexpr const char* kNoImage = "no_image";
 
-/// A frame's two images. Functions return nothing in its place if an image cannot be read and that is allowed.
+/// A frame's two images.
 struct Pair {
   Image lower, upper;
 };
 
+/// Returns nothing if an image cannot be read and `allow_missing` permits it. Errors: those of read_image()
 Result<std::optional<Pair>> read_pair(const fs::path& folder, std::uint64_t frame, bool allow_missing) {
   const auto without = [&](const Error& error) -> Result<std::optional<Pair>> {
     if (allow_missing) return std::optional<Pair>();

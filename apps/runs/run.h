@@ -49,15 +49,16 @@ struct RunOptions {
 /// Method `paper` also computes answers from the same images, in methods/paper/, as the baseline. If its formulas do
 /// not hold for the mirrors, run.yaml states that there is no baseline.
 ///
-/// The folder is locked from the start. It is removed if the run ends before its first frame.
+/// The folder is created and locked after the robot has been opened. It is removed if the run ends before its first
+/// frame.
 ///
 /// When a device fails, the wheels stop, and the device is tried again until it answers (FaultPolicy). A simulation is
 /// not tried again. A failure that lasts ends the run. Its files stay readable, and the message names the frame.
 /// @param robot,map as read from their files
 /// @param stop set from outside (by a signal); the run then ends after the present frame
-/// @returns the content of run.yaml. Errors: those of drivers::open_robot, Robot::next_frame, Frame::image, DiffDrive;
-/// kCancelled: stopped from outside
-/// @throws config::FileError, DiskError, std::invalid_argument (no such behaviour, no waypoints)
+/// @returns the content of run.yaml. Errors: those of drivers::open_robot, Robot::next_frame, Frame::image, DiffDrive,
+/// compare_start() and TruthWriter::open; kCancelled: stopped from outside
+/// @throws config::FileError (also for no waypoints), DiskError, std::invalid_argument (frames < 1, no such behaviour)
 Result<runlog::RunInfo> run(const config::Robot& robot, const config::Map& map, const RunOptions& options,
                             const Progress& progress, const std::atomic<bool>& stop);
 
