@@ -81,10 +81,11 @@ std::string chance(double p_value);
 /// Returns a component's name without its unit and without the words of its source's name: "rim radius".
 std::string short_name(const Source& source, const Component& component);
 
-/// Returns the sources that differ. The first one is the one that explains the largest part of a gap.
+/// Returns the sources that differ, by descending order of the largest part of a gap that each one explains.
 std::vector<const Source*> sources_by_share(const Comparison& comparison);
 
-/// Returns "Differs: ..." or "No difference found.", each source with its most certain component.
+/// Returns "Differs: ...", with the most certain component of each source, or "No difference found."; if no source
+/// could be tested, a sentence that states this.
 std::string headline(const Comparison& comparison);
 /// Returns a sentence with the numbers of sources that agree and that are not determined; empty if both are 0.
 std::string headline_tests(const Comparison& comparison);
