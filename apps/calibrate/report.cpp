@@ -63,7 +63,7 @@ constexpr double kPanel_px = 420;
 constexpr double kMargin_px = 20;
 constexpr double kHead_px = 64;
 
-/// Returns 1, 2 or 5 times a power of ten, so that a residual of the rms is drawn about 12 px long.
+/// Returns the factor that draws a residual of size rms about 12 px long, as 1, 2 or 5 times a power of ten.
 double magnification(double rms_px) {
   const double wanted = 12 / std::max(rms_px, 1e-6);
   const double power = std::pow(10, std::floor(std::log10(wanted)));

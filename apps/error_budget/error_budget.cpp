@@ -21,7 +21,7 @@ namespace {
 /// Step of the central differences, in standard deviations. Their relative error is about its square, far below the
 /// printed digits. The step is large compared with the rounding errors of the solvers.
 constexpr double kStep_sigmas = 0.01;
-/// Number of bearings at which a range is evaluated. It is odd, so that no two bearings lie on one axis of the images.
+/// Number of bearings at which a range is evaluated. It is odd, so no two bearings are on one axis of the images.
 constexpr int kBearings = 9;
 
 void check(const ErrorBudgetSettings& s) {

@@ -172,7 +172,7 @@ std::string_view verdict_meaning(std::string_view verdict, std::string_view meth
 
 constexpr double kMmPerM = 1000;
 
-/// Returns the first and the last frame number, widened so that even one frame has a width.
+/// Returns the first and the last frame number, widened because the axis of a single frame would have no width.
 std::pair<double, double> frame_span(const runlog::RunData& run);
 
 /// Returns the distance of odometry from truth at each frame, in metres; nothing where either is missing.

@@ -53,7 +53,7 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder);
 
 /// Returns a setting's errors and times on fresh episodes (make_check_plan), for choose(). All settings of the same
 /// images are measured together, because rendering takes most of the time. The results are stored in the sweep's
-/// folder, in checks/, so that nothing is rendered twice.
+/// folder, in checks/, and nothing is rendered twice.
 /// @param setting one of the plan's settings
 /// Errors: those of run_shards; kCancelled if `stop` was set
 Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int episodes,

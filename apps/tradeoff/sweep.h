@@ -23,7 +23,7 @@ namespace twocone::tradeoff {
 enum class Effects {
   kScene,  ///< the effects of scene, map and robot file
   kFlat,   ///< the same without shadows, area lights, photons, radiosity and media
-  kNoise,  ///< as kScene, with the noise of a sensor added (kNoiseElectrons) where the robot file has none
+  kNoise,  ///< as kScene; if the robot file sets no sensor noise, with that of kNoiseElectrons
 };
 
 /// Full well of Effects::kNoise: noise of about two grey levels of 255 in the brightest pixel.
