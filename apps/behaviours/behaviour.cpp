@@ -17,7 +17,7 @@ double distance_to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a, c
   return (p - (a + t * along)).norm();
 }
 
-/// Returns the signed distance, negative inside the outline. The even-odd rule decides what is inside.
+/// Returns the signed distance to the outline, negative inside. The even-odd rule defines the inside.
 double distance_to_outline(const Eigen::Vector2d& p, const Outline& outline) {
   double nearest = std::numeric_limits<double>::infinity();
   bool inside = false;
@@ -88,7 +88,7 @@ Motion Waypoints::decide(const localisation::Pose& believed, double /*step_s*/) 
   const double most_radps = turn_rate_on_the_spot(body_);
   const double turn_radps = std::clamp(kSteering_1ps * error_rad, -most_radps, most_radps);
   if (std::abs(error_rad) > kTurnOnTheSpot_rad) return {0, std::copysign(most_radps, error_rad)};
-  // The robot is slower close to the point, so that it does not pass the point before the turn is complete.
+  // The robot drives slowly near the point; otherwise it could pass the point before the turn is complete.
   const double speed_mps = std::min(Wander::kForward * body_.max_speed_mps, std::max(to_go.norm(), kReached_m));
   return {speed_mps, turn_radps};
 }

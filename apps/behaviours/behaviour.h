@@ -25,8 +25,8 @@ struct Arena {
   [[nodiscard]] double clearance_m(const Eigen::Vector2d& p_m) const;
 };
 
-/// Returns a random number in [0, 1). The distributions of the standard library differ between implementations, and a
-/// run must not depend on that.
+/// Returns a random number in [0, 1). It replaces the distributions of the standard library, because these differ
+/// between implementations, and a run must not depend on the implementation.
 double fraction(std::mt19937_64& random);
 
 /// The motion of the body that a behaviour requests.
@@ -35,7 +35,7 @@ struct Motion {
   double turn_rate_radps = 0;  ///< counter-clockwise
 };
 
-/// Decides once per frame where to go. A behaviour receives the believed pose and never the true one.
+/// Decides the motion of the body once per frame. A behaviour receives the believed pose and never the true one.
 class Behaviour {
  public:
   virtual ~Behaviour() = default;
@@ -51,25 +51,26 @@ struct Body {
   double wheel_separation_m = 0;  ///< > 0
 };
 
-/// Stops the robot for the whole run.
+/// Keeps the robot at rest for the whole run.
 class Still final : public Behaviour {
  public:
   Motion decide(const localisation::Pose& believed, double step_s) override;
 };
 
-/// Random wandering as in section 3.1.2 of the paper. The robot drives forward and checks the map until it is blocked
-/// by a landmark or a wall. It then turns to a random side for a random time and drives on. The behaviour is seeded.
+/// Wanders randomly as in section 3.1.2 of the paper. The robot drives forward until, according to the map, a wall or
+/// an obstacle blocks it. It then turns to a random side for a random time and drives on. The seed determines all
+/// random numbers.
 ///
-/// The robot is blocked if the point one look-ahead in front has less clearance than the body radius plus a margin for
-/// the error of the believed pose, and also less clearance than the present point. The second condition lets a robot
-/// that is too close to an obstacle drive away. If the way is still blocked after a turn, the robot turns on to the
-/// same side, so that a corner does not hold it.
+/// The robot is blocked if two conditions hold for the clearance at the point kLookAhead_m in front of it. It is less
+/// than the body radius plus a margin for the error of the believed pose, and it is less than at the present point. The
+/// second condition lets a robot that is too close to an obstacle drive away. If the way is still blocked after a turn,
+/// the robot continues to turn to the same side; otherwise it could be caught in a corner.
 class Wander final : public Behaviour {
  public:
   static constexpr double kForward = 0.7;  ///< share of the top speed on the straight
   static constexpr double kTurning = 0.5;  ///< share of the top speed, each wheel, in a turn on the spot
   static constexpr double kLookAhead_m = 0.20;
-  static constexpr double kMargin_m = 0.20;  ///< seven times the paper's mean error
+  static constexpr double kMargin_m = 0.20;  ///< about seven times the paper's mean error
   static constexpr double kShortestTurn_s = 0.5;
   static constexpr double kLongestTurn_s = 3.8;  ///< a whole turn with the lab's wheels
 
@@ -86,8 +87,8 @@ class Wander final : public Behaviour {
   double side_ = 0;         ///< +1 left, -1 right, 0 not turning
 };
 
-/// Drives from point to point, and from the last one back to the first. The robot turns on the spot towards a point
-/// that lies to the side, and otherwise steers while it drives.
+/// Drives from point to point, and from the last one back to the first. If the direction to the next point differs from
+/// the heading by more than kTurnOnTheSpot_rad, the robot turns on the spot; otherwise it steers while it drives.
 class Waypoints final : public Behaviour {
  public:
   static constexpr double kReached_m = 0.10;

@@ -17,12 +17,12 @@
 namespace twocone::calibrate {
 namespace {
 
-// A sighting depends slightly on the rig for which it is made. Of a rig error of half a degree, some 6 % remain after
-// two rounds, and about 40 % of the remainder after each further round. Rounds end when no number moves by more than
-// kSettled of its sigma.
+// A sighting depends slightly on the rig with which it is measured. Of a rig error of half a degree, some 6 % remain
+// after two rounds, and each further round leaves about 40 % of the remainder. The rounds end when no number moves by
+// more than kSettled of its sigma, at the latest after kMostRounds.
 constexpr int kMostRounds = 12;
 constexpr double kSettled = 0.3;
-// The tip is searched within a sixth of the rim's radius. Farther out a tilt bends the lines.
+// The tip is searched within a sixth of the rim's radius, because farther out a tilt bends the lines.
 constexpr double kTipReach = 1.0 / 6;
 
 std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const config::Robot& robot) {
@@ -80,7 +80,7 @@ std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, s
   return readings;
 }
 
-/// Also returns an error if the image does not have the camera's size.
+/// Reads an image. Errors: those of runlog::read_rgb; kBadData if the image does not have the camera's size.
 Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::CameraPart& camera) {
   auto rgb = runlog::read_rgb(file);
   if (rgb && (rgb->cols != camera.settings.width_px || rgb->rows != camera.settings.height_px)) {
@@ -90,7 +90,7 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::Camer
   return rgb;
 }
 
-/// Returns whether the sightings belong to the landmark. With a wrong rig, ranges may fail although sightings are
+/// Returns whether the sightings belong to the landmark. Under a wrong rig, ranges may fail although sightings are
 /// right.
 bool is_trusted(vision::RangeVerdict verdict) {
   using vision::RangeVerdict;
@@ -98,7 +98,7 @@ bool is_trusted(vision::RangeVerdict verdict) {
          verdict == RangeVerdict::kBeyondLimit;
 }
 
-/// The sightings of the landmarks with `rig`.
+/// The sightings of the landmarks in the chosen frames.
 struct Sighted {
   std::vector<vision::CalibrationFrame> frames;
   std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
@@ -186,7 +186,7 @@ config::RigView to_file(const vision::MirrorView& view, config::RigView like, co
     like.camera_info.clear();  // the numbers no longer come from that file
     like.distortion = s.distortion->coefficients;
   }
-  // The defaults follow the centre and v, which have changed.
+  // Without these two keys they would follow the centre and v, which have changed.
   like.distortion_focal_px = {s.distortion->focal_px.x(), s.distortion->focal_px.y()};
   like.distortion_principal_px = {s.distortion->principal_px.x(), s.distortion->principal_px.y()};
   return like;
@@ -264,7 +264,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
 
   const vision::Rig before = config::to_rig(robot);
   const ChosenFrames chosen = choose_frames(runs, settings.frames);
-  // Slip and encoder are those of any robot. `effects:` of the robot file is the truth of the simulation, not a belief.
+  // Slip and encoder keep their defaults, because `effects:` in the robot file is the simulation's truth, not a belief.
   const vision::WheelBelief wheels{.radius_m = robot.drive.wheel_radius_m,
                                    .separation_m = robot.drive.wheel_separation_m};
   vision::CalibrationProblem problem{.rig = before,

@@ -19,19 +19,19 @@
 namespace twocone::calibrate {
 
 struct Settings {
-  int frames = 90;  ///< spread evenly over the runs in proportion to their length; >= 4
+  int frames = 90;  ///< number of frames, >= 4; evenly spread over the runs in proportion to their length
   vision::CalibrationPriors priors{};
   bool fit_distortion = false;
-  bool leave_out_unreadable = false;  ///< an unreadable image is no error; its frame gives no sightings
-  bool fit_timing = false;            ///< also latency, skew and readout (vision::CalibrationProblem::fit_timing)
+  bool leave_out_unreadable = false;  ///< true: an unreadable image is no error, and its frame gives no sightings
+  bool fit_timing = false;            ///< also fits latency, skew and readout (vision::CalibrationProblem::fit_timing)
   /// Called with the fraction of the work that is done, in [0, 1]. May be empty.
   std::function<void(double)> progress;
 };
 
-/// Measurements from the images of one view alone, without a rig.
+/// Measurements from the images of one view alone. The believed rig serves only as their start.
 struct ViewCircles {
   std::optional<vision::RimMeasurement> rim;  ///< used in the solution
-  std::optional<vision::TipMeasurement> tip;  ///< only a check
+  std::optional<vision::TipMeasurement> tip;  ///< not used in the solution, only shown as a check
 };
 
 struct Report {
@@ -41,32 +41,34 @@ struct Report {
   vision::CalibrationProblem problem;    ///< of the last round; `result.residuals` points into its frames
   std::array<ViewCircles, 2> circles{};  ///< lower, upper
   vision::Rig before, after;
-  config::Rig rig;          ///< `after` for a robot file
-  config::Drive drive;      ///< with the new sizes of the wheels
-  double slip = 0;          ///< of the wheels, as believed
+  config::Rig rig;          ///< `after` in the form of a robot file
+  config::Drive drive;      ///< with the calibrated sizes of the wheels
+  double slip = 0;          ///< believed slip of the wheels
   int rounds = 0;           ///< number of rounds of sighting and solving
-  bool is_settled = false;  ///< the last round moved no number by more than a third of its sigma
+  bool is_settled = false;  ///< whether the last round moved no number by more than 0.3 of its sigma
 };
 
 /// Finds the errors of `robot`'s rig from runs among known landmarks.
 ///
-/// It sights the landmarks of each chosen frame (vision/outline_ranging.h) with the believed rig and solves
-/// (vision/calibration.h). The place of an outline depends slightly on the rig. So it sights again with the new rig and
-/// solves again, from the same prior. Rims come from the median over frames. No ground truth is read.
-/// @param runs at least one; all of this robot, with cameras of one size
-/// Errors: kUnavailable (built without Ceres), kBadData (images; too few frames or landmarks; contradictions), each one
-/// line. @throws config::FileError for a rig that the method cannot use, std::invalid_argument for bad settings
+/// It measures the landmarks' sightings in each chosen frame with the believed rig (vision/outline_ranging.h), and
+/// solves for the rig (vision/calibration.h). The place of an outline depends slightly on the rig. So both steps are
+/// repeated with the new rig, from the same prior, until the result settles. Rims are measured in the median image over
+/// frames. No ground truth is read.
+/// @param runs at least one; all of this robot, with images of the size in the robot file
+/// Errors, each in one line: kUnavailable (built without Ceres), kBadData (bad images; too few frames or landmarks;
+/// contradictory data). @throws config::FileError for a rig that the method cannot use, std::invalid_argument without
+/// a run and for settings outside their domain
 Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config::Robot& robot,
                          const Settings& settings);
 
-/// Replaces the report's rig and drive with another solution of `report.problem`. @param result with kOk
+/// Replaces the report's rig and drive with another solution of `report.problem`. @param result must have verdict kOk
 void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report);
 
-// ---- frames and what is sighted in them
+// ---- the frames that a calibration uses
 
 /// Returns the motion of the body before a row of run.frames, from the wheels' believed sizes and their readings at
-/// this row and the row before. An image is never newer than its stamp. Returns nothing for the first row or if
-/// readings are missing.
+/// this row and the row before. The interval before the row is used because an image is never newer than its stamp.
+/// Returns nothing for the first row, and if readings are missing or have the same time.
 std::optional<vision::BodyTwist> twist_at(const runlog::RunData& run, std::size_t row);
 
 /// Returns the rows of run.frames that a calibration of this run alone uses.
@@ -92,10 +94,11 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);
 /// Returns the table for a terminal: at most 100 columns, in millimetres, degrees and pixels.
 std::string table(const Report& report);
 
-/// Returns calibration.json: all of the table in SI units and pixels, by name.
+/// Returns calibration.json: everything in the table, by name, in SI units and pixels.
 std::string to_json(const Report& report);
 
-/// Returns a stand-alone SVG figure of one view. Arrows at the sightings show their residuals before and after.
+/// Returns a stand-alone SVG figure of one view. Arrows at the sightings show the residuals before and after the
+/// calibration.
 std::string residual_figure(const Report& report, vision::Side side);
 
 }  // namespace twocone::calibrate

@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// A parameter in units for people: millimetres and degrees.
+/// A parameter in the units of the table: millimetres, degrees and pixels.
 struct Shown {
   std::string name;
   std::string unit;
@@ -57,13 +57,13 @@ std::string circles_line(const char* view, const ViewCircles& circles) {
   return line + "\n";
 }
 
-// ---- the figure: an SVG of lines and circles, written directly. Arrows over a circle need no plotting program.
+// ---- the figure: an SVG, written directly, because lines and circles need no plotting program
 
 constexpr double kPanel_px = 420;
 constexpr double kMargin_px = 20;
 constexpr double kHead_px = 64;
 
-/// Returns 1, 2 or 5 times a power of ten, so that a residual of the rms is drawn about 12 px long.
+/// Returns the factor that draws a residual of size rms about 12 px long, as 1, 2 or 5 times a power of ten.
 double magnification(double rms_px) {
   const double wanted = 12 / std::max(rms_px, 1e-6);
   const double power = std::pow(10, std::floor(std::log10(wanted)));
@@ -96,7 +96,7 @@ std::string draw(const Report& report, vision::Side side, bool is_after) {
     if (sighting.side != side) continue;
     const Eigen::Vector2d from = place(sighting.sighting.pixel_px);
     Eigen::Vector2d arrow = times * (is_after ? r.after_px : r.before_px);
-    // The arrow of an outlier could cross the whole figure.
+    // The length is limited, because the arrow of an outlier could cross the whole figure.
     if (arrow.norm() > 60) arrow *= 60 / arrow.norm();
     const char* colour = r.outlier ? "#cc3311" : "#0077bb";
     svg += fmt::format(

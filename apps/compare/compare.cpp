@@ -16,11 +16,11 @@
 namespace twocone::compare {
 namespace {
 
-// Images of places farther apart than this show different views: an object at 2 m is then displaced by some ten pixels.
+// Images from poses farther apart than this show different views: an object at 2 m is displaced by some ten pixels.
 constexpr double kSamePlace_m = 0.15;
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kExhibits = 6;
-constexpr int kHeldOutFrames = 60;  // that measure the gap of ranges
+constexpr int kHeldOutFrames = 60;  // frames that measure the gap of ranges
 
 void check(const Settings& settings) {
   base::Complaints bad;
@@ -67,7 +67,7 @@ std::vector<Exhibit> exhibits_of(const Side& simulated, const Side& real, const 
   return exhibits;
 }
 
-/// Calibrates both at the same time, each in a thread of its own.
+/// Calibrates both runs at the same time, each in a thread of its own.
 void calibrate_both(Side& simulated, Side& real, int frames, const std::function<void(double)>& progress) {
   std::mutex mutex;
   std::array<double, 2> done{};
@@ -82,7 +82,7 @@ void calibrate_both(Side& simulated, Side& real, int frames, const std::function
   other.get();
 }
 
-/// Returns the identity of the comparison. Finished parts of an earlier comparison are used only if theirs is equal.
+/// Returns a key for the comparison. Finished parts of an earlier comparison are used only if their key is equal.
 std::string key_of(const Side& simulated, const Side& real, const Settings& settings) {
   const auto when = [](const std::filesystem::path& image) {
     std::error_code none;

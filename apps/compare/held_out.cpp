@@ -12,7 +12,7 @@
 namespace twocone::compare {
 namespace {
 
-/// Returns how late, according to `source`, a pixel's row was exposed relative to the frame's time.
+/// Returns the time, according to `source`, from the frame's time to the exposure of a pixel's row, seconds.
 double late_s(const Source& source, vision::Side side, const Eigen::Vector2d& pixel_px, int height_px) {
   if (source.components.empty()) return 0;
   const double real_s = source.components[0].real / 1e3;
@@ -25,7 +25,7 @@ double late_s(const Source& source, vision::Side side, const Eigen::Vector2d& pi
 
 bool is_of_time(const Source& source) { return source.cause == Cause::kSkew || source.cause == Cause::kRollingShutter; }
 
-/// Returns the sighting that an exposure of its row at the frame's time would have given.
+/// Returns the sighting as an exposure at the frame's time would have given it. @param by_s from late_s()
 vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorView& view,
                          const Eigen::Vector2d& in_body_m, const Landmark& target, const vision::BodyTwist& twist,
                          double by_s) {
@@ -45,7 +45,7 @@ vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorV
 struct HeldOutFrame {
   const Side& real;
   const std::vector<Source>& sources;
-  const std::vector<vision::Rig>& put_back;  ///< the found rig with each source's numbers as believed
+  const std::vector<vision::Rig>& put_back;  ///< for each source, the found rig with its numbers as believed
   std::optional<vision::BodyTwist> twist;
   runlog::PoseRow reference;
 
@@ -63,8 +63,8 @@ struct HeldOutFrame {
     return seen;
   }
 
-  /// Returns the body's pose at the frame's time, from `ranges` of the found rig that were sighted from `reference` or
-  /// nearby.
+  /// Returns the body's pose at the frame's time, from `ranges` of the found rig. Requires that they were measured at
+  /// `reference` or nearby.
   [[nodiscard]] std::optional<runlog::PoseRow> fixed_in_time(const std::vector<vision::RangeMeasurement>& ranges,
                                                              const std::vector<Landmark>& targets,
                                                              const std::vector<Eigen::Vector2d>& landmarks_m) const {
@@ -112,8 +112,8 @@ struct HeldOutFrame {
     return range;
   }
 
-  /// Returns the range from the sightings under `rig`, also where both views contradict each other under it. For that,
-  /// the covariances are multiplied by kDoubt^2; only their ratio weighs the views.
+  /// Returns the range from the sightings under `rig`, even if both views contradict each other under it. For this, the
+  /// covariances are multiplied by kDoubt^2, which leaves the weights of the views unchanged.
   static std::optional<double> triangulated(const vision::Rig& rig, Seen lower, Seen upper, const Landmark& target) {
     constexpr double kDoubt = 30;
     for (Seen* const seen : {&lower, &upper}) {
@@ -123,8 +123,8 @@ struct HeldOutFrame {
   }
 };
 
-/// Returns frames in the middle between two that the calibration chose. A run too short for such frames gives those
-/// that the calibration chose.
+/// Returns frames in the middle between two that the calibration chose. For a run that is too short to have any, it
+/// returns those that the calibration chose.
 std::vector<std::size_t> rows_between(const std::vector<std::size_t>& chosen, int most) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i + 1 < chosen.size(); ++i) {

@@ -14,7 +14,7 @@
 #include "apps/runlog/storage/disk.h"
 #include "localisation/odometry.h"
 
-// A finished part as it is stored.
+// The JSON form in which a finished part is stored.
 namespace twocone::vision {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Transfer, log_gain, vignetting, tiles)
 
@@ -35,8 +35,7 @@ vision::ImageRegion region_of(const vision::MirrorView& view) {
   return {view.settings().centre_px, view.settings().rim_radius_px};
 }
 
-/// Returns `image` as the camera would have shown it after a turn of the robot by `turn_rad`: the cone's image turns
-/// about the tip.
+/// Returns `image` as the camera would show it after a turn of the robot by `turn_rad`: turned about the cone's tip.
 cv::Mat turned(const cv::Mat& image, const vision::MirrorView& view, double turn_rad) {
   const Eigen::Vector2d centre = view.settings().centre_px;
   // A fixed object moves by -turn in bearing. In the image that is a turn from x towards y (down), unless the image is
@@ -54,7 +53,7 @@ std::filesystem::path part_file(const ImageWork& work, std::size_t number) {
   return work.folder / fmt::format("{:06}.json", number);
 }
 
-/// Returns a finished part; nothing if it is missing, damaged or of another comparison.
+/// Returns a finished part, or nothing if it is missing, damaged or of another comparison.
 std::optional<Images> kept_part(const ImageWork& work, std::size_t number) {
   const auto file = part_file(work, number);
   if (!std::filesystem::exists(file)) return std::nullopt;
@@ -103,7 +102,8 @@ void measure(const cv::Mat& rgb, const vision::ImageRegion& region, vision::Nois
   if (const auto blur = vision::blur_px(rgb, region)) blurs_px.push_back(*blur);
 }
 
-/// Adds a real frame and its simulated partner, or the one at the same fraction of the run.
+/// Adds a real frame with its simulated partner or, without a partner, the simulated frame at the same fraction of the
+/// run.
 void add(const Side& of_simulated, const Side& of_real, std::optional<std::size_t> partner, std::size_t index,
          Images& part) {
   const std::size_t simulated = partner.value_or(index * of_simulated.run.frames.size() / of_real.run.frames.size());

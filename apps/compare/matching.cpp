@@ -16,10 +16,10 @@ namespace {
 
 double log_choose(double n, double k) { return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1); }
 
-/// Returns the probability of all whole numbers from `least` to `most` that are at most as probable as `seen`.
+/// Returns the total probability of all whole numbers from `least` to `most` that are at most as probable as `seen`.
 template <typename LogProbability>
 double tail_of(double seen, double least, double most, const LogProbability& log_probability) {
-  constexpr double kRounding = 1e-9;  // of logarithms of some thousands
+  constexpr double kRounding = 1e-9;  // rounding error of logarithms of some thousands
   const double limit = log_probability(seen) + kRounding;
   double sum = 0;
   for (double k = least; k <= most; ++k) {  // NOLINT(clang-analyzer-security.FloatLoopCounter): whole numbers
@@ -32,7 +32,7 @@ double tail_of(double seen, double least, double most, const LogProbability& log
 }  // namespace
 
 std::string why_other_rooms(const config::Map& a, const config::Map& b) {
-  // Far more than the error of a survey, and less than the difference between rooms of some metres.
+  // This is far above the error of a survey, and below the differences between rooms of some metres.
   constexpr double kOtherRoom_m = 0.5;
   std::vector<std::pair<const config::Landmark*, const config::Landmark*>> both;
   for (const config::Landmark& of_a : a.landmarks) {
@@ -54,7 +54,8 @@ std::string why_other_rooms(const config::Map& a, const config::Map& b) {
           std::abs(apart_m(*both[i].first, *both[k].first) - apart_m(*both[i].second, *both[k].second)));
     }
   }
-  // A landmark that was moved changes its own pairs, at most two thirds of all, so the lower quartile is not affected.
+  // A moved landmark changes only its own pairs. These are at most two thirds of all, if there are three landmarks or
+  // more, so the lower quartile is not affected.
   const auto quartile = differences_m.begin() + std::ptrdiff_t(differences_m.size() / 4);
   std::nth_element(differences_m.begin(), quartile, differences_m.end());
   if (*quartile <= kOtherRoom_m) return "";
@@ -84,7 +85,7 @@ double distance_m(const runlog::PoseRow& a, const runlog::PoseRow& b) {
 
 std::vector<Match> match_by_pose(std::span<const std::optional<runlog::PoseRow>> simulated,
                                  std::span<const std::optional<runlog::PoseRow>> real, double most_apart_m) {
-  // Sorted by position first, because comparing all pairs of frames of hour-long runs would take too long.
+  // The poses are sorted by x first, because a comparison of all pairs of frames takes too long for runs of hours.
   std::vector<std::size_t> by_x;
   for (std::size_t k = 0; k < simulated.size(); ++k) {
     if (simulated[k]) by_x.push_back(k);

@@ -87,7 +87,7 @@ std::vector<std::string> header(const Outcome& outcome, const char* what) {
   return lines;
 }
 
-/// Rounds to four digits, more than any measurement here has, so that people can read the files.
+/// Rounds to four digits for readable files. No measurement here has more digits.
 double rounded(double value) { return value == 0 ? 0 : std::stod(fmt::format("{:.4g}", value)); }
 
 void add_camera_effects(const Outcome& outcome, vision::Side view, sim_povray::CameraEffects& effects) {
@@ -96,7 +96,7 @@ void add_camera_effects(const Outcome& outcome, vision::Side view, sim_povray::C
     double log_gain = 0;
     for (std::size_t colour = 0; colour < 3; ++colour) log_gain += std::log(gain->components[colour].real) / 3;
     effects.gain *= std::exp(log_gain);
-    // The difference of real and simulated does not contain a vignette that both have.
+    // The measured vignetting is the difference of both runs, so it is added to that of the simulation.
     const Component& vignetting = gain->components[3];
     if (std::abs(vignetting.real) >= 3 * vignetting.sigma) {
       effects.vignetting = std::clamp(effects.vignetting + vignetting.real, 0.0, 1.0);
@@ -122,7 +122,7 @@ void add_camera_effects(const Outcome& outcome, vision::Side view, sim_povray::C
   if (const Source* const latency = find_differing(sources, Cause::kLatency))
     late_s += latency->components[0].difference() / 1e3;
   if (const Source* const skew = find_differing(sources, Cause::kSkew)) {
-    // The stamp of the earlier view is the late one.
+    // `stamp_late_s` is >= 0, so the view that is exposed earlier gets the later stamp.
     const double upper_later_s = skew->components[0].difference() / 1e3;
     late_s += std::max(0.0, view == vision::Side::kUpper ? -upper_later_s : upper_later_s);
   }
@@ -242,7 +242,7 @@ std::string like_the_real(const Outcome& outcome, const std::filesystem::path& n
   add_camera_effects(outcome, vision::Side::kLower, robot.lower.effects);
   add_camera_effects(outcome, vision::Side::kUpper, robot.upper.effects);
   if (find_differing(c.sources, Cause::kWheelRadius) || find_differing(c.sources, Cause::kWheelSeparation)) {
-    // Belief and truth are equal: both are those of the corrected real robot.
+    // Belief and truth are the same numbers: those of the corrected real robot.
     robot.drive.wheel_radius_m = outcome.calibration->drive.wheel_radius_m;
     robot.drive.wheel_separation_m = outcome.calibration->drive.wheel_separation_m;
     robot.effects.wheel_radius_m.reset();

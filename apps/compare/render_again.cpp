@@ -25,11 +25,11 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kImageTimeout{600'000};
-// Images that are being rendered: enough to keep POV-Ray's processes busy with little memory.
+// Number of frames that are being rendered: enough to keep POV-Ray's processes busy with little memory.
 constexpr std::size_t kOnTheWay = 6;
 constexpr double kPosesShare = 0.15, kImagesShare = 0.85;
 
-/// A frame to render, or one that is rendered already.
+/// A frame that is to be rendered or is rendered already.
 struct Place {
   runlog::FrameRow frame;
   runlog::PoseRow pose;
@@ -48,7 +48,7 @@ Result<std::vector<Place>> places_of(const Side& real) {
   return places;
 }
 
-/// Orders the images of the scene's two cameras at a pose.
+/// Requests the images of the scene's two cameras at a pose. They may still be rendering when this returns.
 Result<std::array<twocone::Frame, 2>> look(sim_povray::SimulationHost& host, const config::Robot& robot,
                                            const Place& place) {
   sim_povray::SessionSettings session;
@@ -73,8 +73,8 @@ Result<std::array<twocone::Frame, 2>> look(sim_povray::SimulationHost& host, con
   return std::array<twocone::Frame, 2>{*std::move(lower), *std::move(upper)};
 }
 
-/// Returns everything that determines the images: the map, its scene with the files beside it that it can include, the
-/// cameras, the poses.
+/// Returns everything that determines the images: the map, the scene, the files beside it that it can include, the
+/// cameras and the poses.
 std::string recipe_of(const config::Robot& robot, const config::Map& map, const std::vector<Place>& places) {
   std::string recipe = config::read_text(map.file);
   std::vector<std::filesystem::path> sources;
@@ -125,7 +125,7 @@ Status render_all(const Settings& settings, const Side& real, const config::Map&
     const auto lower = first.images[0].image(kImageTimeout);
     if (!lower) return lower.error();
     runlog::write_image(runlog::lower_image_file(settings.simulated, first.frame), **lower);
-    // The upper image is written last: where it exists, both do.
+    // The upper image is written last, so if it exists, both do.
     const auto upper = first.images[1].image(kImageTimeout);
     if (!upper) return upper.error();
     runlog::write_image(runlog::upper_image_file(settings.simulated, first.frame), **upper);
@@ -191,7 +191,7 @@ Status render_again(const Settings& settings, const std::filesystem::path& scene
                  scene.string(), settings.real.string(), real->run.map.file.string(), why);
   }
   calibrate_side(*real, settings.fit_frames, [&](double done) { settings.progress(kPosesShare * done); });
-  // The truth of a simulated "real" run is ignored: the question here is what a camera saw from which pose.
+  // The truth of a simulated "real" run is ignored: as for a real run, the poses come from its own images.
   if (settings.real_poses.empty()) real->is_reference_apart = false;
   locate(*real);
   const auto places = places_of(*real);

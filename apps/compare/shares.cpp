@@ -13,7 +13,7 @@
 namespace twocone::compare {
 namespace {
 
-/// The measurements of a gap, with the part that each source adds to each.
+/// The measurements of a gap, with the part that each source adds to each measurement.
 class Projection {
  public:
   explicit Projection(std::vector<Source>& sources) : sources_(sources), along_(sources.size(), 0) {}
@@ -61,7 +61,7 @@ void add_range_gap(const std::vector<HeldOutRange>& held_out, std::vector<Source
   projection.put_into(gaps.back());
 }
 
-/// Returns the wheels' motion over each stretch of the reference's path minus the reference's: along and across,
+/// Returns, for each stretch of the path, the motion by the wheels minus that of the reference, along and across,
 /// metres.
 std::vector<Eigen::Vector2d> stretch_errors(const std::vector<localisation::PosePair>& pairs) {
   std::vector<Eigen::Vector2d> errors;

@@ -23,11 +23,11 @@
 namespace twocone::compare {
 namespace {
 
-// Shorter runs give no meaningful rates, means and calibrations.
+// Shorter runs give no meaningful rates, means or calibrations.
 constexpr std::size_t kLeastFrames = vision::CalibrationResult::kMinFrames;
 
-/// Returns the given trajectory at the frames' times; nothing where two of its poses are farther apart in time than
-/// kLongestGap_s.
+/// Returns the given trajectory at the frames' times. A frame has no pose between two poses of the trajectory that are
+/// more than kLongestGap_s apart.
 std::vector<std::optional<runlog::PoseRow>> at_times(const std::vector<runlog::FrameRow>& frames,
                                                      std::vector<runlog::PoseRow> poses) {
   constexpr double kLongestGap_s = 1.0;
@@ -38,7 +38,8 @@ std::vector<std::optional<runlog::PoseRow>> at_times(const std::vector<runlog::F
   return result;
 }
 
-/// Returns the name of the folder with the results of method `outline`, as read_run() takes it.
+/// Returns the name of the method for read_run() that gives the results of method `outline`; empty for those in the run
+/// folder itself.
 std::string outline_method_of(const std::filesystem::path& folder, const runlog::RunInfo& info) {
   std::string outline(estimation::to_string(estimation::Method::kOutline));
   if (std::filesystem::exists(folder / "methods" / outline / "sightings.csv")) return outline;
@@ -47,16 +48,16 @@ std::string outline_method_of(const std::filesystem::path& folder, const runlog:
                           folder.string(), outline, folder.string(), outline);
 }
 
-/// Tests whether landmarks stand elsewhere than in the map. A second solution, which does not trust the map, decides
-/// that; the first one, which does, determines everything else better. If some do, the rig is calibrated again with
-/// their measured places.
+/// Tests whether landmarks are elsewhere than in the map. A second solution with a wide prior on the map decides this.
+/// The first one, which trusts the map, determines everything else better. If landmarks have moved, the rig is
+/// calibrated again with their measured places.
 void ask_the_map(Side& side) {
   calibrate::Report& report = *side.calibration;
   vision::CalibrationProblem doubting = report.problem;
   doubting.landmark_sigma_m = 0.02;  // prior standard deviation of a landmark's place about its place in the map
   const vision::CalibrationResult result = vision::calibrate(doubting);
   if (result.verdict != vision::CalibrationVerdict::kOk) return;
-  // exp(-limit / 2): one landmark of a run in a hundred thousand.
+  // A shift without a cause exceeds the limit with probability exp(-limit / 2): one landmark in a hundred thousand.
   const double limit = -2 * std::log(1e-5);
   const auto shifts = vision::shifts_among(result, doubting.landmarks, limit);
   bool has_moved = false;
@@ -76,8 +77,9 @@ void ask_the_map(Side& side) {
   calibrate::take(again, side.run.robot, report);
 }
 
-/// Leaves out the last frames if their images are incomplete: a recording that was cut off ends in such a frame. Where
-/// more than kMost are broken, the cause is another one, and each is reported when it is read.
+/// Leaves out the last frames if their images are incomplete, because a recording that was cut off ends in such a
+/// frame. At most kMost frames are left out. If more are broken, the cause is another one, and each is reported when it
+/// is read.
 void drop_broken_end(Side& side) {
   constexpr int kMost = 2;
   runlog::RunData& run = side.run;
@@ -124,7 +126,7 @@ std::vector<Seen> by_landmark(const config::Map& map, const runlog::AnswerRows& 
   return seen;
 }
 
-/// Returns whether the landmark itself was sighted. Ranges may fail under a wrong rig; sightings do not.
+/// Returns whether the landmark itself was sighted. Under a wrong rig, ranges may fail although sightings are right.
 bool is_trusted(const runlog::RangeRow& row) {
   using vision::RangeVerdict;
   constexpr std::array kTrusted{RangeVerdict::kOk, RangeVerdict::kOneView, RangeVerdict::kInconsistent,
@@ -145,8 +147,8 @@ std::optional<double> disparity_at(const vision::Rig& rig, const Eigen::Vector2d
   return *lower_px - *upper_px * rig.lower.focal_length_px() / rig.upper.focal_length_px();
 }
 
-/// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order; with verdict
-/// kNotSeen for a landmark without sightings.
+/// Returns the measurement of each landmark from a frame's sightings under `rig`, in the map's order. A landmark
+/// without sightings has verdict kNotSeen.
 std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const config::Map& map,
                                                    const runlog::AnswerRows& rows) {
   const auto targets = config::to_targets(map);

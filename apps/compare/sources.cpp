@@ -20,7 +20,7 @@ namespace {
 
 constexpr ModelSigmas kModel;
 
-/// Adds a source whose numbers are not known yet. @param view of a cause of one view
+/// Adds a source without numbers. @param view for a cause of one view
 Source& add_source(std::vector<Source>& sources, Cause cause, std::optional<vision::Side> view = std::nullopt) {
   return sources.emplace_back(Source{.cause = cause, .view = view});
 }
@@ -33,7 +33,7 @@ void judge(Source& source, const Eigen::MatrixXd& covariance) {
   source.p_value = localisation::chi_squared_tail(source.chi_squared, int(difference.size()));
 }
 
-/// Sets the same for components without correlation.
+/// Sets chi-squared and p-value for components without correlation.
 void judge(Source& source) {
   Eigen::VectorXd variances(Eigen::Index(source.components.size()));
   std::ranges::transform(source.components, variances.begin(), [](const Component& c) { return c.sigma * c.sigma; });
@@ -45,7 +45,7 @@ void judge(Source& source) {
 /// A number of the calibration that is a part of a source.
 struct Number {
   Cause cause;
-  const char* name;  ///< as in CalibratedParameter; for a view without the view's name
+  const char* name;  ///< as in CalibratedParameter; for a number of one view, without the view's name
   const char* shown_unit;
   double shown_per_si;  ///< shown = SI * this
   double model_sigma;   ///< SI
@@ -98,7 +98,7 @@ std::vector<Wanted> wanted_of_rig() {
   return all;
 }
 
-/// Returns the index of a number that the data determine.
+/// Returns the index of a number, or nothing if the data do not determine it.
 std::optional<Eigen::Index> index_of(const vision::CalibrationResult& result, const std::string& name) {
   const auto at = std::ranges::find(result.parameters, name, &vision::CalibratedParameter::name);
   if (at == result.parameters.end() || !at->observed) return std::nullopt;
@@ -229,8 +229,8 @@ struct MeanSigma {
   double mean = 0, sigma = 0;
 };
 
-/// Returns the mean of a series. Its sigma is from the scatter of the means of kStretches parts, because neighbours are
-/// correlated.
+/// Returns the mean of a series. Its sigma comes from the scatter of the means of kStretches parts, because neighbours
+/// are correlated. For a short series, it is the standard deviation of one value.
 MeanSigma mean_of(const std::vector<double>& series) {
   constexpr std::size_t kStretches = 8;
   MeanSigma result;
@@ -278,7 +278,7 @@ void add_noise(const ViewImages& images, vision::Side view, std::vector<Source>&
   Source& source = add_source(sources, Cause::kNoise, view);
   const auto a = vision::fit_noise(images.simulated_noise);
   const auto b = vision::fit_noise(images.real_noise);
-  // An uncertainty of some grey levels comes from a few tiles that are not uniform.
+  // If only a few tiles are found and these are not uniform, the sigma is some grey levels.
   constexpr double kMostSigma_grey = 1;
   const auto is_determined = [](const auto& noise) { return noise && noise->sigma_noise_grey <= kMostSigma_grey; };
   if (!is_determined(a) || !is_determined(b)) {
@@ -306,7 +306,8 @@ void add_blur(const ViewImages& images, vision::Side view, std::vector<Source>& 
 
 // ---- frames
 
-/// Returns the loss rate that is set for a simulated camera, so that it need not be measured; nothing for a real one.
+/// Returns the loss rate that is set for a simulated camera, which makes a measurement unnecessary; nothing for a real
+/// camera.
 std::optional<double> set_to_lose(const Side& side, vision::Side view) {
   if (!config::is_simulated(side.run.robot)) return std::nullopt;
   return of_view(side.run.robot, view).effects.drop_probability;
@@ -318,7 +319,7 @@ void add_lost(const BothRuns& runs, vision::Side view, std::vector<Source>& sour
   Source& source = add_source(sources, Cause::kFramesLost, view);
   const auto share = [k](const Timing& t) { return double(t.lost[k]) / double(t.all[k]); };
   const auto variance = [&](const Timing& t) {
-    // The variance of a share with one more of either kind, which is never 0.
+    // The variance of a share after adding one lost and one received frame, which is never 0.
     const double p = (double(t.lost[k]) + 1) / (double(t.all[k]) + 2);
     return p * (1 - p) / double(t.all[k]);
   };

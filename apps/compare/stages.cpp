@@ -24,7 +24,7 @@ class Table {
 
   void stage(Stage stage) { stage_ = stage; }
 
-  /// @param gap none: the difference of both numbers, where both exist
+  /// Adds a row. @param gap empty: the difference of both numbers, if both exist
   Row& add(std::string name, std::string unit, std::optional<double> simulated, std::optional<double> real,
            const char* limit_key = "", std::optional<double> gap = std::nullopt,
            std::optional<double> gap_sigma = std::nullopt) {
@@ -39,7 +39,7 @@ class Table {
     return rows_.emplace_back(std::move(row));
   }
 
-  /// Adds a number of a source: the component of that name, or a note why there is none.
+  /// Adds a row for the component of that name of a source, or a note why it is missing.
   void add(std::string name, Cause cause, std::optional<vision::Side> view, const std::string& component,
            const char* unit, const char* limit_key) {
     const Source* const source = find_source(sources_, cause, view);
@@ -83,7 +83,7 @@ void add_image(Table& table, const Side& simulated, const Side& real) {
   }
 }
 
-/// Counts landmarks in frames at about the same place that have a range in one run and not in the other.
+/// Counts, in frames at about the same place, the landmarks that have a range in one run and not in the other.
 void add_detection(Table& table, const Side& simulated, const Side& real, const Residuals& a, const Residuals& b,
                    const std::vector<Match>& by_pose) {
   table.stage(Stage::kDetection);

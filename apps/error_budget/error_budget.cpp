@@ -18,10 +18,10 @@
 namespace twocone::error_budget {
 namespace {
 
-/// Step of the central differences, in standard deviations. It is small enough that the error, its square, is far below
-/// the printed digits. It is large enough that the solvers' last digits do not matter.
+/// Step of the central differences, in standard deviations. Their relative error is about its square, far below the
+/// printed digits. The step is large compared with the rounding errors of the solvers.
 constexpr double kStep_sigmas = 0.01;
-/// Number of bearings at which a range is evaluated. It is odd, so that no two bearings lie on one axis of the images.
+/// Number of bearings at which a range is evaluated. It is odd, so no two bearings are on one axis of the images.
 constexpr int kBearings = 9;
 
 void check(const ErrorBudgetSettings& s) {
@@ -49,7 +49,7 @@ void check(const ErrorBudgetSettings& s) {
   bad.raise("error_budget");
 }
 
-/// The mean of the squares that were added, and the number of missing answers.
+/// Computes the mean of the squares that were added, and counts the missing answers.
 class MeanSquare {
  public:
   void add(const std::optional<double>& square) {
@@ -86,7 +86,8 @@ std::optional<Eigen::Vector2d> slope(const Viewpoint& viewpoint, const World& tr
   return difference(above->range_bearing, below->range_bearing) / (2 * kStep_sigmas);
 }
 
-/// The linear part of a fix: pose error = sum of gain * (error of range and bearing - the part from a wrong place).
+/// The linear model of a fix: the pose error is the sum over landmarks of gain * (error of range and bearing - the
+/// change that a wrong place in the map predicts).
 class Gain {
  public:
   Gain(const Viewpoint& viewpoint, const World& truth) {
@@ -127,8 +128,7 @@ class Gain {
       const auto answer = slope(viewpoint, truth, part, row.landmark);
       if (!answer) return std::nullopt;
       const std::size_t k = std::size_t(row.landmark);
-      // A landmark that is believed elsewhere acts like a robot that is elsewhere. The derivative has the opposite
-      // sign.
+      // A shift of a landmark changes range and bearing as the opposite shift of the robot does.
       const Eigen::Vector2d shift_m = vision::place_m(believed.landmarks[k]) - vision::place_m(truth.landmarks[k]);
       sum += row.gain * (*answer + row.jacobian.leftCols<2>() * shift_m);
     }
@@ -144,7 +144,7 @@ class Gain {
   std::vector<Row> landmarks_;
 };
 
-/// Returns worlds with one landmark each: every kind of the map, all round a robot at the origin of the world.
+/// Returns worlds with one landmark each: every kind in the map, at kBearings bearings from a robot at the origin.
 std::vector<World> range_worlds(const World& world, double range_m) {
   std::set<std::pair<double, double>> kinds;
   for (const Landmark& landmark : world.landmarks) kinds.insert({landmark.radius_m, landmark.top_m});
@@ -162,7 +162,7 @@ std::vector<World> range_worlds(const World& world, double range_m) {
   return worlds;
 }
 
-/// Returns nothing for a rig that no camera can have. This counts as a withheld answer.
+/// Returns the believed rig, or nothing if no camera can have it. This counts as a withheld answer.
 std::optional<vision::Rig> possible_rig(const World& believed) {
   try {
     return rig_of(believed);
@@ -171,7 +171,7 @@ std::optional<vision::Rig> possible_rig(const World& believed) {
   }
 }
 
-/// One answer in a true world.
+/// One answer in a true world, with its errors.
 struct Case {
   const World* truth;
   /// The square of the answer's error for one standard deviation of a part, by linear propagation.
@@ -180,7 +180,7 @@ struct Case {
   std::function<std::optional<double>(const World& believed, const vision::Rig& rig)> complete_m2;
 };
 
-/// The effect of sources on one kind of answer: the ranges, or the positions.
+/// Computes the effect of the sources on one kind of answer: ranges or positions.
 struct Answers {
   std::vector<Source> sources;
   std::vector<Case> cases;
@@ -198,7 +198,7 @@ struct Answers {
     return mean;
   }
 
-  /// Draws all parts of the sources at once.
+  /// Returns the error over `draws` draws of all parts of the sources `of` at once.
   [[nodiscard]] MeanSquare drawn(std::span<const Source> of, int draws, std::uint64_t seed) const {
     MeanSquare mean;
     std::mt19937_64 engine(seed);

@@ -16,12 +16,11 @@
 namespace twocone::error_budget {
 namespace {
 
-/// The stated sigmas are those of the outlines' noise times this factor. So an error of many times the noise still
-/// counts as noise and gets an answer: 300 * 0.01 px, the smallest sigma of a landmark in the lab, passes three whole
-/// pixels.
+/// Factor of the stated sigmas over those of the outlines' noise. With it, an error of many times the noise still
+/// passes as noise and gets an answer: with the smallest sigma of a landmark in the lab, 0.01 px, errors of 3 px pass.
 constexpr double kInflation = 300;
-/// The same for ranges and bearings in a fix: 100 * 1 mm passes a range with an error of 0.1 m. It is not larger, so
-/// that the bearings still distinguish the two mirror-image positions.
+/// The same factor for ranges and bearings in a fix: with a sigma of 1 mm, a range with an error of 0.1 m passes. With
+/// a larger factor, the bearings could not distinguish the two mirror-image positions.
 constexpr double kFixInflation = 100;
 /// If the height is unknown, a disparity must be at least this many of its inflated sigmas (vision::kMinSigmas).
 constexpr double kDisparitySigmas = 2 * vision::kMinSigmas;
@@ -34,19 +33,19 @@ std::string millimetres(double metres) { return fmt::format("{:g} mm", metres * 
 std::string degrees(double rad) { return fmt::format("{:g} degree", std::round(rad * 180e9 / std::numbers::pi) / 1e9); }
 std::string pixels(double px) { return fmt::format("{:.3g} px", px); }
 
-/// Scales v = (d / R + cot(apex / 2)) r_m by means of a wrong R alone.
+/// Scales v = (d / R + cot(apex / 2)) r_m by changing R alone.
 void scale_focal_length(Mirror& view, double factor) {
   vision::ConeMirror& cone = view.cone;
   const double cotangent = 1 / std::tan(cone.apex_rad / 2);
   cone.rim_radius_m = cone.lens_to_tip_m / (factor * (cone.lens_to_tip_m / cone.rim_radius_m + cotangent) - cotangent);
 }
 
-/// Returns a part that moves one number by `size`.
+/// Returns a part with standard deviation `size` of one number.
 Part shift(double size, const std::function<double&(World&)>& number, int landmark = -1) {
   return {landmark, [=](World& world, double sigmas) { number(world) += size * sigmas; }};
 }
 
-/// Returns the part that changes both mirrors alike.
+/// Returns a part that changes both mirrors equally.
 Part in_both(const std::function<void(Mirror& view, double sigmas)>& change) {
   return {-1, [=](World& world, double sigmas) {
             change(world.lower, sigmas);
@@ -131,7 +130,7 @@ Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const b
     const bool both = views[0] && views[1];
     if (!both && !(tops_known && (views[0] || views[1]))) continue;
     if (!tops_known) {
-      // The sigmas in their true size determine by how much they may grow.
+      // The true sigmas limit the factor, because the disparity must stay above kDisparitySigmas inflated sigmas.
       const auto plain = vision::triangulate(rig_, &views[0]->sighting, &views[1]->sighting,
                                              truth.landmarks[i].radius_m, std::nullopt);
       if (!plain.disparity_px) continue;
@@ -163,7 +162,8 @@ std::optional<Viewpoint::View> Viewpoint::look(const vision::MirrorView& view, i
       vision::sighting_information(view, truth_->landmarks[std::size_t(landmark)], place_m, edge_noise_px);
   if (!information) return std::nullopt;
 
-  // Derivative of the near point's pixel by range and bearing, by central differences. The error is (step / range)^2.
+  // Computes the derivative of the near point's pixel by range and bearing, by central differences. Their relative
+  // error is (step / range)^2.
   constexpr double kStep = 1e-4;  // m, rad
   const Eigen::Vector2d outwards = place_m.normalized();
   const std::array<Eigen::Vector2d, 2> steps_m{kStep * outwards,

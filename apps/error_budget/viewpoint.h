@@ -18,7 +18,7 @@
 
 namespace twocone::error_budget {
 
-/// The beliefs of a robot and the deviations from the ideal. The true world has neither skew nor noise.
+/// A rig and a map, true or believed, and the deviations from an ideal measurement. The true world has no deviations.
 struct World {
   vision::MirrorViewSettings lower, upper;
   std::vector<Landmark> landmarks;
@@ -33,7 +33,7 @@ struct Answer {
   Eigen::Matrix2d covariance;
 };
 
-/// One true pose in the true world. It computes the answers of a robot with wrong beliefs.
+/// One true pose in the true world. It computes the answers that a robot with wrong beliefs gives there.
 class Viewpoint {
  public:
   /// @param edge_noise_px > 0
@@ -46,15 +46,16 @@ class Viewpoint {
   [[nodiscard]] const std::vector<int>& seen() const { return seen_; }
   [[nodiscard]] double true_range_m(int landmark) const { return p_BL_m(pose_, landmark).norm(); }
 
-  /// Returns nothing if the triangulation withholds its range. @param rig the two views of `believed`
+  /// Returns the range and bearing of a landmark, or nothing if the triangulation withholds the range.
+  /// @param rig the two views of `believed`
   [[nodiscard]] std::optional<Answer> answer(const World& believed, const vision::Rig& rig, int landmark) const;
-  /// Returns nothing if too few landmarks have an answer.
+  /// Returns the fix from all visible landmarks, or nothing if they do not determine exactly one position.
   [[nodiscard]] std::optional<localisation::Fix> fix(const World& believed, const vision::Rig& rig) const;
 
  private:
   struct View {
     vision::Sighting sighting;  ///< without noise
-    Eigen::Matrix2d root_px;    ///< of the true covariance: noise = root * standard normal variables
+    Eigen::Matrix2d root_px;    ///< root of the true covariance: noise = root * standard normal variables
   };
   [[nodiscard]] Eigen::Vector2d p_BL_m(const localisation::Pose& pose, int landmark) const;
   /// Returns the pixel of a landmark's near point if its axis is at `p_BL_m`.
@@ -69,12 +70,12 @@ class Viewpoint {
   bool tops_known_;
   std::vector<int> seen_;
   std::vector<std::array<std::optional<View>, 2>> views_;  ///< of each landmark, lower and upper
-  std::vector<double> inflation_;                          ///< of each landmark's sigmas
+  std::vector<double> inflation_;                          ///< factor on each landmark's sigmas
 };
 
 vision::Rig rig_of(const World& world);
 
-// ---- what may be wrong in a world
+// ---- the errors that a world may have
 
 /// One independent number that may be wrong.
 struct Part {

@@ -19,10 +19,10 @@ using localisation::FixVerdict;
 using vision::RangeMeasurement;
 using vision::RangeVerdict;
 
-// Ratio of the sigmas of a refined and a found landmark: 0.03 px to 0.4 px. It only affects the order.
+// Ratio of the sigmas of a refined and a found landmark, 0.03 px to 0.4 px. It affects only the order of refinement.
 constexpr double kFineOverFound = 1.0 / 12;
-// With fewer, hardly anything contradicts a wrong one. Three ranges overdetermine the position, and found ones check
-// it.
+// With fewer refined landmarks, hardly anything contradicts a wrong one. Three ranges overdetermine the position, so
+// with two refined landmarks a found one checks it.
 constexpr int kLeastRefined = 2;
 
 /// One landmark in one view, and the share of the landmark's information that this view gives.
@@ -46,7 +46,7 @@ std::vector<Unit> units_of(const std::vector<RangeMeasurement>& found,
   return units;
 }
 
-/// Returns whether the finder saw the colour but a view gave no outline to fit, which suggests a thin landmark.
+/// Returns whether the finder measured the landmark but a view gave no outline to fit, which suggests a thin landmark.
 bool stays_found(const RangeMeasurement& fine, const RangeMeasurement& found) {
   if (fine.range_m || fine.bearing_rad || !found.range_m) return false;
   return fine.verdict == RangeVerdict::kNoMatch || (fine.verdict == RangeVerdict::kOccluded &&
@@ -155,7 +155,7 @@ FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::
   };
   if (is_enough()) return answer;
 
-  // Bearings show where to look, even if the answer must not use them.
+  // The prediction of the landmarks' places uses bearings even if the answer must not use them.
   const Fix guide = keys.bearings ? answer.fix : locate(true);
   std::vector<Unit> left = units_of(found, centres_px);
   const bool is_guided = guide.verdict == FixVerdict::kOk && guide.heading_rad;
@@ -171,7 +171,7 @@ FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::
   information.keep_found();
 
   int done = 0;
-  // Whether one more refinement and the fix after it are predicted to end within the time budget.
+  // Returns whether one more refinement and the fix after it are predicted to end within the time budget.
   const auto is_affordable = [&] {
     if (!keys.budget_s) return true;
     const double now_s = clock_s();
@@ -194,7 +194,7 @@ FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::
     information.set(k, answer.ranges[k], landmarks_m[k]);
     is_current = false;
     if (observation.refined() < kLeastRefined || left.empty()) continue;
-    // The prediction is cheap and the fix is not. The fix is computed only if the prediction reaches the limit.
+    // The prediction is cheap and the fix is not, so the fix is computed only if the prediction reaches the limit.
     if (is_guided && !(std::sqrt(information.position_variance_m2()) <= keys.enough_m)) continue;
     answer.fix = locate(keys.bearings);
     is_current = true;

@@ -43,7 +43,7 @@ localisation::Fix fix_of_paper(const std::vector<vision::RangeMeasurement>& meas
 
 constexpr std::string_view kAdaptive = "adaptive";
 
-/// Returns nothing for stage adaptive.
+/// Returns the stage in the robot file, or nothing for `adaptive`.
 std::optional<vision::Stage> stage_of(const config::Robot& robot) {
   const std::string& name = robot.estimator.stage;
   if (name == kAdaptive) return std::nullopt;
@@ -73,7 +73,7 @@ std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map
                           fmt::join(unknown, ", "), map.file.string(), fmt::join(names, ", "));
 }
 
-/// Returns the pixels of `image` as rgb, without a copy if they are rgb already. `converted` owns converted pixels.
+/// Returns the pixels of `image` as rgb, without a copy if they are rgb already. Otherwise `converted` owns the pixels.
 Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Image& converted) {
   if (image.width_px != wanted.width || image.height_px != wanted.height) {
     return Error(ErrorCode::kBadData, "the {} image has {} x {} pixels, the robot file says {} x {}", view,

@@ -21,9 +21,9 @@ namespace twocone::estimation {
 struct Timing {
   double vision_s = 0;        ///< processor time of the calling thread, from two images to ranges and bearings
   double localisation_s = 0;  ///< likewise, from ranges and bearings to the fix
-  double wall_s = 0;          ///< of both together, by the wall clock
+  double wall_s = 0;          ///< time of both together, by the clock of the estimator
   int refined = 0;            ///< landmarks refined to vision::Stage::kFine in one view or both
-  /// Stage `adaptive` with a time budget: whether the answer took longer.
+  /// Whether an answer of stage `adaptive` took longer than its time budget.
   bool is_over_budget = false;
 };
 
@@ -34,28 +34,31 @@ struct FrameAnswer {
   Timing timing{};
 };
 
-/// Returns the fix from ranges and bearings. landmarks_m[i] is the position of the landmark of measured[i], world
-/// frame. The fix's outliers are indices of both vectors.
+/// Returns the fix from ranges and bearings. landmarks_m[i] is the position of the landmark of measured[i] in the world
+/// frame. The fix's outliers are indices into both vectors.
 localisation::Fix fix_of_outline(const std::vector<vision::RangeMeasurement>& measured,
                                  const std::vector<Eigen::Vector2d>& landmarks_m, bool use_bearings);
 
-/// Returns the processor time of the calling thread, seconds; its zero has no meaning.
+/// Returns the processor time of the calling thread, seconds. Only differences have a meaning.
 double thread_time_s();
 
-/// Returns the time of std::chrono::steady_clock in seconds; its zero has no meaning.
+/// Returns the time of std::chrono::steady_clock, seconds. Only differences have a meaning.
 double steady_time_s();
 
-/// Ranges and localises according to the robot file and the map (config::EstimatorKeys; method paper uses only its
-/// `landmarks`). Live runs and stored images use the same code. Without a time budget the answer is a function of the
-/// two images alone. A fix of method `outline` is checked against the map's bounds (check_bounds).
+/// Computes ranges and a fix from two images, according to the robot file (config::EstimatorKeys) and the map. Method
+/// `paper` uses only the key `landmarks`. Live runs and stored images use the same code. Without a time budget the
+/// answer depends on the two images alone. A fix of method `outline` is checked against the map's bounds
+/// (check_bounds).
 class Estimator {
  public:
-  /// @param clock_s seconds; the clock of the time budget and of Timing::wall_s
+  /// @param clock_s clock of the time budget and of Timing::wall_s, seconds
   /// @throws config::FileError for a rig or a map that the method cannot use, and for an unknown stage or landmark
   Estimator(Method method, const config::Robot& robot, const config::Map& map,
             std::function<double()> clock_s = steady_time_s);
 
-  /// Errors: kBadData if an image has a size other than that in the robot file, or too few bytes.
+  /// Returns the answer for one stereo frame.
+  /// Errors: kBadData if the size of an image differs from that in the robot file, if the number of its bytes is wrong,
+  /// or if its JPEG data are damaged.
   [[nodiscard]] Result<FrameAnswer> answer(const Image& lower, const Image& upper) const;
 
  private:
@@ -76,18 +79,18 @@ class Estimator {
 
 // ---- the steps of an answer
 
-/// Number of sigmas beyond a wall above which a position counts as outside. A normal variable exceeds it once in a
-/// million cases. (The body's origin is at least its radius away from any wall. This margin also allows for an error of
-/// map and rig.)
+/// A position counts as outside if it is more than this number of sigmas beyond a wall. A normal variable exceeds it
+/// once in a million cases. There is a further margin for errors of map and rig: the body's origin is at least the
+/// body's radius away from any wall.
 constexpr double kOutsideSigmas = 4.75;
 
 /// Checks a fix against the map's bounds. They are walls, so a robot is never outside.
 ///
-/// A position that is outside by more than kOutsideSigmas of its sigma, along the direction to the nearest wall, makes
-/// the fix `out_of_bounds`. It keeps the position and its covariance. If only one position of an `ambiguous` fix is
-/// outside, that position is dropped and the fix is `ok`. If both are outside, the first is kept as `out_of_bounds`. A
-/// `weak` fix is not checked, because its position may lie anywhere along the unseen direction. A fix without
-/// covariance is not checked either.
+/// The distance outside is compared with kOutsideSigmas times the position's sigma along the direction to the nearest
+/// wall. If it is larger, the fix becomes `out_of_bounds` and keeps the position and its covariance. If only one
+/// position of an `ambiguous` fix is outside, that position is dropped and the fix becomes `ok`. If both are outside,
+/// the first one is kept as `out_of_bounds`. A `weak` fix is not checked, because its position may lie anywhere along
+/// the unseen direction. A fix without covariance is not checked either.
 void check_bounds(const config::Bounds& bounds, localisation::Fix& fix);
 
 /// Refines one frame landmark by landmark until its position is known well enough (stage `adaptive`).
@@ -104,16 +107,16 @@ void check_bounds(const config::Bounds& bounds, localisation::Fix& fix);
 /// 4. Refinement ends if the fix from all landmarks, refined or not, reaches enough_m, has no outlier and uses
 ///    kLeastRefined or more refined landmarks, or if nothing is left to refine. Landmarks that are not refined keep
 ///    their found measurement. It has little weight, and it contradicts a landmark that is refined to a wrong place.
-/// 5. A landmark whose outline cannot be fitted, although its colour is there, keeps its found measurement.
+/// 5. A landmark whose outline cannot be fitted, although its colour is seen, keeps its found measurement.
 ///
 /// A time budget can end refinement earlier. A refinement starts only if it and the fix after it are predicted to end
 /// within the time budget. The prediction is the mean time of the refinements in this frame so far. The first one is
 /// assumed to take as long as the finder.
-/// @param keys its `bearings`, `enough_m` and `budget_s`
+/// @param keys only `bearings`, `enough_m` and `budget_s` are used
 /// @param centres_px positions of the tips in the lower and the upper image
 /// @param clock_s seconds, read only with a time budget
-/// @param begin_s time by that clock when the work on the frame began
-/// @returns the answer; of its timing only localisation_s, which counts the fixes and the order of refinement
+/// @param begin_s time on that clock at which the work on the frame began
+/// @returns the answer; its timing has only localisation_s, the time of the fixes
 FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
                               const std::array<Eigen::Vector2d, 2>& centres_px, const config::EstimatorKeys& keys,
                               const std::function<double()>& clock_s, double begin_s);

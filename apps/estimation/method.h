@@ -15,22 +15,22 @@ enum class Method {
   kPaper,    ///< Burbridge & Spacek 2006, sections 3.2 and 3.3: the baseline
   kOutline,  ///< vision/outline_ranging.h, localisation/least_squares_fix.h and, for the estimate, pose_filter.h
 };
-/// The method of a program if none is given.
+/// The method that is used if none is given.
 constexpr Method kDefaultMethod = Method::kOutline;
 /// Returns the names that the command accepts: paper, outline.
 std::vector<std::string> method_names();
 std::string_view to_string(Method method);
-/// @throws std::invalid_argument with a list of the methods of this build
+/// Returns the method of that name. @throws std::invalid_argument that lists the methods
 Method method_named(std::string_view name);
 
 /// Returns the method in `robot.estimator`, or kDefaultMethod.
 Method method_of(const config::Robot& robot);
 
-/// Returns `robot` for a run with a time budget for each frame: stage `adaptive` of method `outline`, whatever its file
-/// sets.
+/// Returns `robot` for a run with a time budget for each frame. Stage `adaptive` of method `outline` replaces the
+/// settings of the robot file.
 /// @param method the requested method
-/// @throws std::invalid_argument for method paper, which has no stages at which it could stop, and for a time budget
-/// that is not > 0 and finite
+/// @throws std::invalid_argument for method paper, which has no stages at which it could stop, and unless the time
+/// budget is > 0 and finite
 config::Robot with_budget(config::Robot robot, Method method, double budget_s);
 
 /// Returns the time budget for answers of `method`, or nothing if there is none.

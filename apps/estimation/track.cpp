@@ -12,7 +12,7 @@ namespace {
 
 using localisation::FixUse;
 
-/// Takes the position of the fix as the pose, without a filter.
+/// Returns the position of the fix, with this heading, as the pose.
 TrackAnswer take_alone(const localisation::Fix& fix, const std::optional<double>& heading_rad) {
   TrackAnswer answer;
   answer.use = [&] {
@@ -57,7 +57,7 @@ void WheelHistory::add(const WheelAngles& reading) {
 
 WheelAngles WheelHistory::at(Timestamp time) const {
   assert(!readings_.empty());
-  auto after = readings_.rbegin();  // queries are for recent times
+  auto after = readings_.rbegin();  // from the newest reading, because queries are for recent times
   if ((time - after->time).count() >= 0) return *after;
   while (after != readings_.rend() && (time - after->time).count() < 0) ++after;
   if (after == readings_.rend()) return readings_.front();

@@ -17,7 +17,7 @@
 
 namespace twocone::estimation {
 
-/// The robot's pose at a frame from all data so far, and the use of the frame's fix.
+/// The robot's pose at a frame, computed from all data so far, and the use of the frame's fix.
 struct TrackAnswer {
   localisation::FixUse use = localisation::FixUse::kNoFix;
   std::optional<localisation::FilterState> state{};  ///< empty without a filter
@@ -28,15 +28,17 @@ struct TrackAnswer {
 
 /// Combines the fixes of single frames with the wheel angles, frame by frame.
 ///
-/// Method `outline` uses localisation::PoseFilter. Method `paper` uses the fix with the odometry's heading, because the
-/// paper has no filter. If a fix has two positions, it is unknown which is right, and neither is an estimate.
+/// Method `outline` uses localisation::PoseFilter. Method `paper` uses the position of the fix with the odometry's
+/// heading, because the paper has no filter. If a fix has two positions, neither is used as the estimate, because it is
+/// unknown which one is right.
 class Track {
  public:
   /// @throws std::invalid_argument for wheels that the filter rejects
   Track(Method method, const config::Robot& robot);
 
-  /// @param t_s time of the frame, increasing
-  /// @param left_rad, right_rad angles that the wheels have turned until then
+  /// Adds a frame and returns the pose at its time.
+  /// @param t_s time of the frame, later than that of the frame before
+  /// @param left_rad, right_rad total angles that the wheels have turned until then
   /// @param odometry_heading_rad heading from the wheels alone
   /// @throws std::invalid_argument as PoseFilter::predict
   TrackAnswer follow(double t_s, double left_rad, double right_rad, double odometry_heading_rad,
@@ -50,15 +52,15 @@ class Track {
 /// if it has two positions, or if its position must not be used (localisation::is_place).
 TrackAnswer track_without_wheels(const localisation::Fix& fix);
 
-/// Returns the wheel angles at the time an image was taken. A frame arrives some time after its exposure, and the
-/// wheels are read after it has arrived. At half a metre per second, a delay of 50 ms would place the frame 25 mm too
-/// far ahead.
+/// Stores wheel readings, and returns the wheel angles at the time of an image's exposure. A frame arrives some time
+/// after its exposure, and the wheels are read after it has arrived. At half a metre per second, a delay of 50 ms would
+/// place the frame 25 mm too far ahead.
 class WheelHistory {
  public:
-  /// Adds a reading. Readings must be in time order and of one clock.
+  /// Adds a reading. Readings must be in order of time and from one clock.
   void add(const WheelAngles& reading);
-  /// Interpolates between the two readings around `time`, as if the wheels had turned at constant speed. Before the
-  /// first and after the last reading, it returns that reading. Requires at least one reading.
+  /// Interpolates between the two readings around `time`, as if the wheels turned at constant speed. Before the first
+  /// reading it returns the first one, and after the last reading the last one. Requires at least one reading.
   /// @throws std::invalid_argument for a time of another clock
   [[nodiscard]] WheelAngles at(Timestamp time) const;
 
@@ -68,22 +70,22 @@ class WheelHistory {
   std::deque<WheelAngles> readings_;
 };
 
-/// The pose that a robot steers by: odometry, with its position corrected by fixes that arrive some frames late
-/// (the robot file's `latency_frames`).
+/// The pose that a robot uses to steer: odometry, with a position that fixes correct. A fix arrives some frames late
+/// (`latency_frames` in the robot file).
 ///
 /// A fix gives the position at its frame, so the correction is its difference from the odometry of that frame. Only a
 /// share of the difference is applied at a time, because steering needs a smooth pose and one wrong fix must not shift
 /// it far. The heading is that of the odometry.
 class BelievedPose {
  public:
-  /// Share of each correction. The noise of the fixes is averaged over about 1 / kShare of them.
+  /// Share of each correction that is applied. The noise of the fixes is averaged over about 1 / kShare of them.
   static constexpr double kShare = 0.2;
 
   void add_odometry(std::uint64_t frame, const localisation::Pose& pose);
-  /// @param frame a frame that add_odometry received, not older than that of the latest fix
+  /// Adds a fix. @param frame a frame that add_odometry received, not older than that of the latest fix
   void add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m);
 
-  /// Returns the newest odometry, corrected.
+  /// Returns the newest odometry with the correction. Requires at least one pose of odometry.
   [[nodiscard]] localisation::Pose pose() const;
 
  private:

@@ -10,7 +10,7 @@
 namespace twocone::report {
 namespace {
 
-/// Returns the range from which the lower mirror shows a point that is `above_tip_m` above its tip.
+/// Returns the range beyond which the lower mirror shows a point that is `above_tip_m` above its tip, metres.
 double inside_rim_from_m(const config::Rig& rig, double above_tip_m) {
   const double d = rig.lower.lens_to_tip_m;
   const double R = rig.lower.mirror_radius_m;
@@ -37,7 +37,7 @@ double nearest_top_m(const config::Rig& rig, double top_m) {
 }
 
 bool is_right_angled(const config::Rig& rig) {
-  constexpr double kSame_rad = 1e-6;  // of a file's decimal number
+  constexpr double kSame_rad = 1e-6;  // rounding of a decimal number in a file
   return std::abs(rig.lower.apex_rad - std::numbers::pi / 2) < kSame_rad &&
          std::abs(rig.upper.apex_rad - std::numbers::pi / 2) < kSame_rad;
 }
@@ -48,7 +48,7 @@ std::optional<double> rounding_error_m(const runlog::RunData& run, const config:
   int count = 0;
   for (const runlog::RangeRow& row : run.ranges) {
     if (row.landmark != landmark.name || !row.range_m || !row.true_range_m) continue;
-    // The disparity is that of the near edge; the landmark's radius is added afterwards.
+    // The disparity is that of the near edge; the ranging adds the landmark's radius afterwards.
     sum_m += range_per_pixel_m(run.robot.rig, *row.true_range_m - landmark.radius_m) / 3;
     ++count;
   }

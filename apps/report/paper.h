@@ -8,8 +8,8 @@
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
 
-/// The results of Burbridge & Spacek 2006, in one place. Their rig and room differ from ours and are not given in full,
-/// so these numbers stand beside ours for comparison. They are never values to reproduce.
+/// The results of Burbridge & Spacek 2006. Their rig and room differ from ours, and the paper does not describe them in
+/// full. So these numbers stand beside ours for comparison only; they are not values to reproduce.
 namespace twocone::report::paper {
 
 struct LandmarkFigures {
@@ -35,8 +35,8 @@ const LandmarkFigures* find_landmark(std::string_view name);
 
 }  // namespace twocone::report::paper
 
-/// What equation 1 of Burbridge & Spacek 2006 implies for a rig. Everything except is_right_angled requires 90 degree
-/// cones; R, d and v are those of the lower mirror.
+/// Consequences of equation 1 of Burbridge & Spacek 2006 for a rig. All functions except is_right_angled and
+/// rounding_error_m require 90 degree cones. R, d and v are those of the lower mirror; s is the mirrors' separation.
 namespace twocone::report {
 
 /// Returns whether both cones have an apex angle of 90 degrees.
@@ -45,16 +45,17 @@ bool is_right_angled(const config::Rig& rig);
 /// Returns the change of range for one pixel of disparity at `range_m`, in metres: (range + d)^2 / (v s).
 double range_per_pixel_m(const config::Rig& rig, double range_m);
 
-/// Returns the nearest range at which both mirrors see a point above the upper tip inside the lower rim: s (d + R) / R
-/// - d.
+/// Returns the nearest range at which both mirrors see a point, in metres: s (d + R) / R - d. From there on, the lower
+/// mirror shows a point at the height of the upper tip inside its rim.
 double nearest_common_m(const config::Rig& rig);
 
-/// Returns the range below which a top at `top_m` above the floor is outside the lower rim; 0 if it never is.
+/// Returns the range, in metres, below which a top at `top_m` above the floor is outside the lower rim; 0 if it never
+/// is.
 double nearest_top_m(const config::Rig& rig, double top_m);
 
-/// Returns the mean range error that rounding both matches to whole pixels alone would cause at the true ranges to one
-/// landmark of this run: two independent errors, each uniform within half a pixel, differ by a third of a pixel on
-/// average. Returns nothing without ground truth, without ranges, or for cones of another angle.
+/// Returns the mean range error, in metres, that rounding both matches to whole pixels would cause alone, at the true
+/// ranges to one landmark of this run. Two independent errors, each uniform within half a pixel, differ by a third of a
+/// pixel on average. Returns nothing without ground truth, without ranges, or for cones of another angle.
 std::optional<double> rounding_error_m(const runlog::RunData& run, const config::Landmark& landmark);
 
 }  // namespace twocone::report

@@ -28,7 +28,7 @@ void check(const runlog::RunData& run, const ReportSettings& settings) {
   if (!bad.empty()) throw std::invalid_argument("write_report:" + bad);
 }
 
-/// Returns a slider through some frames. Without a script the page shows the first one.
+/// Returns the HTML of a slider through some frames. Without a script the page shows the first one.
 std::string browser_html(const std::vector<FrameView>& frames) {
   if (frames.empty()) return "";
   std::string views;

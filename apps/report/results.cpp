@@ -35,7 +35,7 @@ void add_errors(std::vector<std::string>& cells, const std::optional<runlog::Err
   for (const std::optional<double> error_mm : errors_mm(error)) cells.push_back(plain_mm(error_mm));
 }
 
-/// Adds the bound, the errors over it, and the share of answers whose stated sigmas contain the truth.
+/// Adds the bound, the ratio of the errors to it, and the share of answers whose stated sigmas contain the truth.
 void add_bound(std::vector<std::string>& cells, const std::optional<runlog::BoundComparison>& bound,
                const std::optional<runlog::Share>& share) {
   cells.push_back(bound ? mm(bound->bound_rms) : kNone);
@@ -64,7 +64,8 @@ std::string share_bar(const std::map<std::string, int>& verdicts) {
   return html::element("div", parts, "class=\"share\"");
 }
 
-/// @param hidden_ranges number of ranges of verdict `occluded`, because not every such frame has one
+/// Returns the verdicts with their counts as HTML.
+/// @param hidden_ranges number of ranges with verdict `occluded`; not every frame with this verdict has a range
 std::string words(const std::map<std::string, int>& verdicts, int hidden_ranges = 0) {
   std::vector<std::string> parts;
   for (const auto& [verdict, count] : by_frequency(verdicts)) {
@@ -76,7 +77,7 @@ std::string words(const std::map<std::string, int>& verdicts, int hidden_ranges 
   return escape(fmt::format("{}", fmt::join(parts, ", ")));
 }
 
-/// Formats a number for large type, with as many digits as can be read at a glance.
+/// Formats a number for large type, with few digits.
 std::string tile_mm(double metres) { return fmt::format("{:.{}f} mm", metres * kMmPerM, metres < 1 ? 1 : 0); }
 
 std::string tile(std::string_view value, std::string_view meaning) {
@@ -118,10 +119,10 @@ std::string outlier_line(const runlog::Summary& summary) {
   return has_bounds(summary) ? html::text("p", "No measurement was left out of a fix as an outlier.") : "";
 }
 
-/// A verdict of a range or a fix. Each method explains it in its own terms: `meaning` is that of method `outline`.
+/// A verdict of a range or a fix. Its meaning depends on the method: `meaning` is that of method `outline`.
 struct Verdict {
   std::string_view name, colour, meaning;
-  std::string_view of_paper{};  ///< meaning of method `paper`, where it is another one
+  std::string_view of_paper{};  ///< meaning in method `paper`; empty: the same
 };
 
 const Verdict* find_verdict(std::string_view name) {
@@ -246,7 +247,7 @@ std::string rules(const PageContent& content) {
 std::string range_table(const PageContent& content) {
   const runlog::Summary& summary = content.summary;
   const bool truth = has_truth(summary);
-  // A method that states sigmas does not round to pixels, so its errors stand beside the bound that the images allow.
+  // A method that states sigmas does not round to pixels, so its errors are compared with the bound of the images.
   const bool bounded = has_bounds(summary);
   std::vector<std::string> groups{"", "frames"};
   std::vector<int> spans{1, 2};

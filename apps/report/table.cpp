@@ -28,8 +28,8 @@ std::string percent_or_dash(int part, int whole) {
   return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-";
 }
 
-/// Formats a number in nine columns, the first of them blank. A number that is too long for that, such as the error of
-/// a wild answer, is written in powers of ten.
+/// Formats a number in nine columns, the first of them blank. A longer number, such as the error of a very wrong
+/// answer, is written with an exponent.
 std::string column(std::optional<double> value, int digits = 2) {
   if (!value) return fmt::format("{:>9}", "-");
   const std::string text = fmt::format("{:9.{}f}", *value, digits);
@@ -54,7 +54,7 @@ std::string row_head(std::string_view name, int frames, int whole) {
   return fmt::format("{:<{}}{:>8}{:>9}", cut(name, kNameWidth - 1), kNameWidth, frames, percent_or_dash(frames, whole));
 }
 
-/// Returns the items of a list with the commas between them.
+/// Returns the items with a comma after each one except the last.
 std::vector<std::string> listed(std::vector<std::string> items) {
   for (std::size_t i = 0; i + 1 < items.size(); ++i) items[i] += ',';
   return items;
@@ -69,7 +69,7 @@ std::vector<std::string> counts(const std::map<std::string, int>& verdicts, bool
   return listed(words);
 }
 
-/// Returns the frames with a position that the track did not use, by reason; nothing if it used all.
+/// Returns the numbers of frames with a position that the track did not use, by reason; empty if it used all.
 std::string not_taken(const runlog::Summary& summary) {
   using localisation::FixUse;
   std::map<std::string, int> reasons = summary.track_uses;
@@ -119,7 +119,7 @@ std::string range_rows(const runlog::Summary& summary, bool truth, const runlog:
   return text;
 }
 
-/// @param paper adds the paper's columns
+/// Returns the heads of the columns. @param paper adds the paper's columns
 std::string column_heads(std::string_view first, bool truth, const runlog::Summary* baseline, bool paper = true) {
   std::string text = fmt::format("{:<{}}{:>8}{:>9}", first, kNameWidth, "frames", "covered");
   if (!truth) return text + "\n";
@@ -148,8 +148,8 @@ std::string why_not(const runlog::Summary& summary) {
                       : "Frames by verdict, where it is not ok:\n" + text;
 }
 
-/// Names the landmarks if the robot file restricts the search: the verdict `not_seen` of any other landmark means that
-/// it was not searched for.
+/// Returns the names of the landmarks that were searched for if the robot file restricts the search. Any other landmark
+/// has the verdict `not_seen` because it was not searched for.
 std::string searched_for(const config::Robot& robot) {
   std::vector<std::string> words;
   for (const std::string& name : robot.estimator.landmarks) words.push_back(cut(name, kNameWidth));
@@ -175,7 +175,8 @@ std::string share_within(const std::optional<runlog::Share>& share) {
                : fmt::format("{:>9}", "-");
 }
 
-/// @param digits after the point, for the errors. @param scale from the comparison's unit to the table's
+/// Returns a row of the table of bounds.
+/// @param digits decimals of the errors. @param scale factor from the comparison's unit to the table's
 std::string bound_row(std::string_view name, const std::optional<runlog::BoundComparison>& bound, int digits,
                       double scale) {
   std::string text = fmt::format("{:<{}}{:>8}", name, kNameWidth, bound ? bound->count : 0);
@@ -294,12 +295,12 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
   if (info.behaviour == runlog::kImported) {
     std::string import;
     for (const std::string& word : info.import_options) import += " " + shell_word(word);
-    // Runs of older versions do not store their import options.
+    // Runs of older versions do not contain their import options.
     if (!import.empty()) import = fmt::format("twocone import{} --out RUN && ", import);
     return fmt::format("{}twocone localise RUN --method {}", import, shell_word(method));
   }
-  // The time budget comes from the file or from the command line; naming it twice changes nothing. Twelve digits undo
-  // the division by 1000.
+  // The time budget comes from the file or from the command line. A repeated command may name both, because they are
+  // equal. With twelve digits, the command's value divided by 1000 gives the same number again.
   using estimation::Method;
   const Method with_stages = method == to_string(Method::kPaper) ? Method::kPaper : Method::kOutline;
   const auto budget_s = estimation::time_limit_of(with_stages, robot);

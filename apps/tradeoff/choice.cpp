@@ -22,7 +22,7 @@ bool can_be_had(const SettingResult& s) { return s.setting.images.effects == Eff
 
 bool is_target(const Requirement& requirement) { return requirement.goal == Goal::kTarget; }
 
-/// Returns the upper limit of the figure that the requirement is about.
+/// Returns the upper limit of the number that the requirement limits.
 double upper_limit(const Validation& t, const Requirement& requirement) {
   return is_target(requirement) ? t.upper_limit_m : t.robot_time_s.high;
 }
@@ -120,8 +120,8 @@ class Reasons {
     return text;
   }
 
-  /// Returns how many settings are cheaper (more accurate) than the chosen one by more than both intervals and are not
-  /// candidates, by reason.
+  /// Returns the number of settings, by reason, that are cheaper (more accurate) than the chosen one by more than both
+  /// intervals but are not candidates.
   [[nodiscard]] std::string passed_over(std::size_t chosen) const {
     const std::vector<std::size_t> tried_or_later = candidates(sweep_, requirement_);
     const SettingResult& choice = sweep_.settings[chosen];

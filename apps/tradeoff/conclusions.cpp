@@ -14,14 +14,14 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// A neighbour with fewer pairs than this fraction of another origin's is skipped, because only a detail of it was
+/// A step's origin with fewer pairs than this fraction of another origin's is skipped, because only details of it were
 /// swept.
 constexpr double kLeastPairs = 0.25;
-/// An interval that extends below this, or above its inverse, does not exclude an effect that matters.
+/// An interval that extends below this number, or above its inverse, does not exclude a relevant effect.
 constexpr double kLeastEffect = 0.8;
 
-/// Settings that differ in `axis` only, each group by rising place. Only settings that answer often enough
-/// (kLeastAnswered) are included. The pointers refer to `sweep`.
+/// Returns groups of settings that differ in `axis` only, each group by rising place. Only settings that answer often
+/// enough (kLeastAnswered) are included. The pointers refer to `sweep`.
 using AxisGroup = std::map<AxisPlace, const SettingResult*>;
 std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
   std::map<std::vector<AxisPlace>, AxisGroup> groups;  // by the places on all other axes
@@ -40,15 +40,15 @@ std::vector<AxisGroup> axis_groups(const Sweep& sweep, Axis axis) {
   return of_two_or_more;
 }
 
-/// The name of the time that a step on the axis costs.
+/// Returns the name of the time that a step on the axis costs.
 std::string_view cost_name(Axis axis) { return facts_of(axis).costs_rendering ? "simulation time" : "robot time"; }
 
 using Pairs = std::vector<std::pair<const SettingResult*, const SettingResult*>>;
 
-/// Geometric mean over pairs of the second one's figure over the first one's.
+/// Geometric mean, over pairs of settings, of the second one's figure divided by the first one's.
 struct Ratio {
   double value = 0;
-  double low = 0, high = 0;  ///< 95 %; 0 or infinity where there are too few episodes for that end
+  double low = 0, high = 0;  ///< 95 % interval; 0 or infinity if there are too few episodes for that end
   int pairs = 0;
 };
 template <typename Figure>
@@ -83,10 +83,10 @@ struct Step {
 
   [[nodiscard]] bool has_effect() const { return error.high < 1 || error.low > 1; }
   [[nodiscard]] bool has_interval() const { return error.low > 0 && std::isfinite(error.high); }
-  /// The interval excludes effects that matter.
+  /// Returns whether the interval excludes all relevant effects.
   [[nodiscard]] bool is_narrow() const { return error.low >= kLeastEffect && error.high <= 1 / kLeastEffect; }
   [[nodiscard]] bool saves() const { return cost.pairs > 0 && cost.high < 1; }
-  /// No gain in accuracy and no saving; a gain that matters is excluded.
+  /// Returns whether no effect on the error and no saving was found, and a relevant gain is excluded.
   [[nodiscard]] bool gains_nothing() const { return !has_effect() && !saves() && error.low >= kLeastEffect; }
 };
 
@@ -99,8 +99,8 @@ Pairs pairs_between(const std::vector<AxisGroup>& groups, const AxisPlace& from,
   return pairs;
 }
 
-/// Returns the values at which a step to `to` may begin, the best first: its neighbour below; for adaptive precision
-/// the uniform one whose time it should save; for other effects those of the scene.
+/// Returns the values at which a step to `to` may begin, the best first. The best one is the neighbour below; for
+/// adaptive precision, it is the uniform one whose time it should save; for other effects, it is those of the scene.
 std::vector<AxisPlace> origins(Axis axis, const std::vector<AxisPlace>& places, std::size_t to) {
   std::vector<AxisPlace> below(places.rend() - std::ptrdiff_t(to), places.rend());
   const auto put_first = [&below](double place) {
@@ -146,7 +146,7 @@ std::string number(double x, int digits) {
   return x < 0.095 ? fmt::format("{:.2g}", x) : fmt::format("{:.{}f}", x, digits);
 }
 
-/// "0.31 to 0.47, 22 pairs"; an end without a limit is named.
+/// Returns "0.31 to 0.47, 22 pairs"; "at least 0.31" without an upper limit, "at most 0.47" without a lower one.
 std::string interval(const Ratio& ratio) {
   const bool has_low = ratio.low > 0, has_high = std::isfinite(ratio.high);
   const std::string limits = has_low && has_high ? fmt::format("{} to {}", number(ratio.low, 2), number(ratio.high, 2))
@@ -156,10 +156,10 @@ std::string interval(const Ratio& ratio) {
   return fmt::format("{}, {} {}", limits, ratio.pairs, ratio.pairs == 1 ? "pair" : "pairs");
 }
 
-/// "0.38 times (0.31 to 0.47, 22 pairs)"
+/// Returns "0.38 times (0.31 to 0.47, 22 pairs)".
 std::string times(const Ratio& ratio) { return fmt::format("{} times ({})", number(ratio.value, 2), interval(ratio)); }
 
-/// " at 3.7 times the simulation time"; empty without times.
+/// Returns " at 3.7 times the simulation time"; empty without times.
 std::string at_cost(const Step& step, Axis axis) {
   if (step.cost.pairs == 0) return "";
   return fmt::format(" at {} times the {}", number(step.cost.value, step.cost.value < 1 ? 2 : 1), cost_name(axis));
@@ -183,8 +183,8 @@ std::string phrase(const Step& step, Axis axis) {
   return fmt::format("{} {}{}", from_to(step, axis), effect, at_cost(step, axis));
 }
 
-/// Returns the values of the axis that no setting with enough answers has: "160x120 answers in only 40 % of the
-/// frames".
+/// Returns a text for each value of the axis for which no setting answers often enough: "160x120 answers in only 40 %
+/// of the frames".
 std::vector<std::string> lost_values(const Sweep& sweep, Axis axis) {
   struct Value {
     std::string text;
@@ -231,8 +231,8 @@ std::string sentence_of(const Sweep& sweep, Axis axis) {
 
 // ---- growth
 
-/// Added to each point's own sigma. No law is more accurate, and a time that is always the same would otherwise
-/// outweigh all other points.
+/// Added in quadrature to each point's own sigma. No law is more accurate, and a point without scatter would otherwise
+/// outweigh all others.
 constexpr double kLeastSigma = 0.01;
 
 struct Point {
@@ -281,7 +281,7 @@ std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   growth.points = points;
   double half = normal_quantile((1 + kConfidence) / 2) / std::sqrt(xx);
   if (const int freedom = points - used - 1; freedom > 0) {
-    // Where the growth is no power law, points scatter about it by more than their own intervals.
+    // If the growth is not a power law, the points scatter about the law by more than their own intervals.
     const double scatter = std::max(0.0, yy - growth.exponent * xy) / freedom;
     half = std::max(half, students_t(freedom, (1 + kConfidence) / 2) * std::sqrt(scatter / xx));
   }
@@ -290,8 +290,8 @@ std::optional<Growth> fit(const std::vector<std::vector<Point>>& groups) {
   return growth;
 }
 
-/// Returns the first setting of each set of images, reduced to the images, because rendering is timed once for all
-/// settings of them.
+/// Returns one setting for each set of images, with default values except the images. One is enough, because the
+/// rendering of a set is timed once for all its settings.
 Sweep of_images(const Sweep& sweep) {
   Sweep images;
   std::set<Images> seen;

@@ -24,7 +24,7 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// Episodes of a sweep and of a check come from different random streams of one seed.
+/// Random streams of one seed. The episodes of a sweep and of a check come from different ones.
 enum class Stream : std::uint32_t { kSweep = 1, kCheck = 2 };
 
 constexpr int kMostTries = 10'000;
@@ -76,9 +76,9 @@ std::vector<Episode> make_episodes(const config::Robot& robot, const config::Map
 
 // ---- order of the landmarks
 
-/// Any noise gives the same order, because it scales all bounds alike.
+/// Noise of the outlines. Its value does not change the order, because it scales all bounds equally.
 constexpr double kEdgeNoise_px = 0.1;
-/// Used where the remaining landmarks do not determine the pose.
+/// Squared bound that is used if the remaining landmarks do not determine the pose.
 constexpr double kUnknown_m2 = 100;
 
 std::vector<std::string> rank_landmarks(const config::Robot& robot, const config::Map& map,
@@ -124,7 +124,7 @@ struct Fraction {
   int over, under;
 };
 
-/// Returns images of the robot's size times `k`; none where that is not a whole number of pixels.
+/// Returns images of the robot's size times `k`, or nothing if that is not a whole number of pixels.
 std::optional<Images> images_of(const config::Robot& robot, Fraction k, int antialias, Effects effects) {
   for (const int side_px : {robot.lower.settings.width_px, robot.lower.settings.height_px,
                             robot.upper.settings.width_px, robot.upper.settings.height_px}) {
@@ -134,7 +134,7 @@ std::optional<Images> images_of(const config::Robot& robot, Fraction k, int anti
                 antialias, effects};
 }
 
-/// Images of a size of the sweep, by their anti-aliasing.
+/// A size of the sweep, with the anti-aliasing of its sets of images.
 struct SizeStep {
   Fraction size;
   std::vector<int> antialias;
@@ -149,7 +149,7 @@ std::vector<SizeStep> sizes_of(bool is_fine) {
           {{1, 1}, {1, 2, 3, 4}}, {{3, 2}, {1, 2, 3}}, {{2, 1}, {1, 2, 3}}, {{3, 1}, {1, 2}}};
 }
 
-/// From the precision of a full fit to that of the coarsest stage.
+/// Values of Setting::enough_m, from the precision of a full fit to that of the coarsest stage.
 constexpr std::array kEnough_m{0.0001, 0.0003, 0.001};
 
 /// Returns whether the paper's formulas hold for the robot's mirrors.
@@ -162,9 +162,9 @@ bool is_for_paper(const config::Robot& robot, const config::Map& map) {
   }
 }
 
-// Settings of one set of images, without the images. 0 landmarks are all, and a rate of 0 is the robot's own.
+// The settings of one set of images, without the images. 0 landmarks means all, and a rate of 0 means the robot's own.
 
-/// Returns every level, by single frames and fused.
+/// Returns settings of every level, for single frames and for several frames.
 std::vector<Setting> levels(bool has_paper) {
   std::vector<Setting> all;
   if (has_paper) all.push_back({.level = Level::kPaper});
@@ -177,7 +177,7 @@ std::vector<Setting> levels(bool has_paper) {
   return all;
 }
 
-/// Returns settings that need no further images but are swept for few sizes only.
+/// Returns settings that require no additional images but are swept for few sizes only.
 std::vector<Setting> details(int landmarks, double rate_hz) {
   std::vector<Setting> all;
   for (int n = 3; n < landmarks; ++n) all.push_back({.landmarks = n});
@@ -187,7 +187,7 @@ std::vector<Setting> details(int landmarks, double rate_hz) {
   return all;
 }
 
-/// Returns the settings of images with other effects.
+/// Returns the settings for images with other effects than the scene's.
 std::vector<Setting> few_levels(bool has_paper) {
   std::vector<Setting> all;
   if (has_paper) all.push_back({.level = Level::kPaper});
@@ -198,11 +198,12 @@ std::vector<Setting> few_levels(bool has_paper) {
 
 // ---- number of episodes, shards
 
-/// Growth of the rendering time with the rays per pixel side (bench/growth_bench: 1, 1.9 and 2.7 in the lab).
+/// Returns the relative rendering time for this number of rays per pixel side (bench/growth_bench: 1, 1.9 and 2.7 for 1
+/// to 3 in the lab).
 double rays(int antialias) { return 0.15 + 0.85 * antialias; }
-/// Images that cost less than this fraction of the robot's own, without anti-aliasing, have all episodes.
+/// Images that cost less than this fraction of the robot's own images without anti-aliasing have all episodes.
 constexpr double kCheap = 0.5;
-/// Images of at most this number of episodes are in memory at a time.
+/// Limit for the number of episodes whose images are in memory at a time.
 constexpr int kEpisodesOfShard = 4;
 
 int episodes_of(const Images& images, const config::Robot& robot, int episodes) {

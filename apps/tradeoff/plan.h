@@ -13,8 +13,7 @@
 
 namespace twocone::tradeoff {
 
-/// A short drive from a random pose: kStepsOfEpisode frames at the robot's rate. Episodes are independent of each
-/// other.
+/// A short drive from a random pose: kStepsOfEpisode frames at the robot's rate. Episodes are mutually independent.
 struct Episode {
   std::uint64_t seed = 0;  ///< of the wheels' slip and the cameras' noise
   Pose2 from;
@@ -22,14 +21,15 @@ struct Episode {
 };
 constexpr int kStepsOfEpisode = 4;
 
-/// Returns the frames of an episode that a setting uses for one answer, in their order: `frames` of them, at its rate,
-/// up to the last one. With single frames, each frame is an answer, and this is the last one.
+/// Returns the frames of an episode that a setting uses for one answer, in their order. They are the setting's `frames`
+/// frames at its rate that end with the episode's last one. If `frames` is 1, each frame of the episode has an answer
+/// of its own, and this function returns the last frame.
 std::vector<int> steps_of(const Setting& setting, double robot_rate_hz);
 
 /// The user's options of a sweep.
 struct PlanOptions {
   std::uint64_t seed = 1;
-  /// Episodes of the cheapest images, >= 3; more expensive images have fewer (episodes_of), but at least a third or 3.
+  /// Number of episodes for cheap images, >= 3. More expensive images have fewer, but at least a third and at least 3.
   int episodes = 28;
   bool fine = false;  ///< more sizes and more anti-aliasing, four times the episodes
 };
@@ -41,10 +41,10 @@ struct Plan {
   std::vector<Episode> episodes;  ///< images with fewer episodes use the first ones
   std::vector<Setting> settings;
   /// The map's landmarks; a setting with n landmarks searches for the first n of them. Backward elimination orders
-  /// them: the next landmark to go is the one whose removal raises the mean squared position bound over the episodes
-  /// least.
+  /// them: the last place that is still free is for the landmark whose removal raises the mean squared position bound
+  /// over the episodes least.
   std::vector<std::string> landmarks;
-  /// Independent units of work: images of some episodes, and all settings that use them.
+  /// A unit of work that is independent of the others: images of some episodes, and all settings that use them.
   struct Shard {
     Images images;
     int first_episode = 0, episodes = 0;
@@ -52,12 +52,13 @@ struct Plan {
   std::vector<Shard> shards;
 };
 
-/// Returns a plan that depends on the arguments only. @throws config::FileError for a robot that does not move in a
-/// simulation inside this program, or for which the room has no free space; for a map with fewer than three landmarks;
-/// std::invalid_argument for options outside their domain
+/// Returns a plan that depends on the arguments only.
+/// @throws config::FileError for a robot that does not move in a simulation inside this program, for a room without
+/// enough free space for it, and for a map with fewer than three landmarks
+/// @throws std::invalid_argument for options outside their domain
 Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOptions& options);
 
-/// Returns the sweep's settings with these images on `episodes` episodes that no sweep uses, for checks of choices.
+/// Returns a plan that checks the sweep's settings with these images on `episodes` episodes that no sweep uses.
 /// @throws as make_plan for the number of episodes and the room
 Plan make_check_plan(const config::Robot& robot, const config::Map& map, const Plan& sweep, const Images& images,
                      int episodes);

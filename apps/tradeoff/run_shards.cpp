@@ -19,8 +19,8 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// About proportional to the time of a shard: rendering grows with the number of pixels, and anti-aliasing with the
-/// fraction of pixels that it smooths, about a quarter (ViewSettings::antialias).
+/// Returns a number that is about proportional to the time of a shard. Rendering grows with the number of pixels, and
+/// anti-aliasing with the fraction of pixels that it smooths, about a quarter (ViewSettings::antialias).
 double weight_of(const Plan::Shard& shard) {
   const double rays = 1 + 0.25 * (shard.images.antialias * shard.images.antialias - 1);
   return double(shard.images.width_px) * shard.images.height_px * rays * shard.episodes;
@@ -86,9 +86,9 @@ TimeFigures times_of(const ByEpisode& values) {
   return figures;
 }
 
-/// The numbers in all rows of one setting. The first setting of some images also has those of the images.
+/// The numbers in all rows of one setting. The first setting of a set of images also has the numbers of the images.
 struct Values {
-  int frames = 0;  ///< those that require an answer
+  int frames = 0;  ///< number of frames that require an answer
   ByEpisode position_m, heading_rad, range_m, in_ellipse, vision_s, localisation_s, robot_s;
   double bound_squares = 0;
   int bounds = 0;

@@ -24,21 +24,21 @@ struct Subject {
   const Plan& plan;
 };
 
-/// Receives what happens while shards are run.
+/// Functions that receive the progress and the messages of a run of shards.
 struct Watch {
   std::function<void(double)> progress;            ///< called with the fraction of all shards that is done
   std::function<void(const std::string&)> report;  ///< called from any thread with a line for the user
 };
 
-/// Runs shards of the plan one after the other and adds each to the folder when it is complete. A shard
-/// that another program has added meanwhile is not run again. Errors: those of RunShard, with the shard's
-/// number in front. @throws runlog::DiskError
-/// @returns the number of finished shards; less than all only after `stop`
+/// Runs shards of the plan one after the other and adds each to the folder when it is complete. A shard that another
+/// program has added in the meantime is not run again.
+/// @returns the number of finished shards; it is less than all only if `stop` was set
+/// Errors: those of RunShard, with the shard's number in front. @throws runlog::DiskError
 Result<std::size_t> run_shards(const Subject& subject, const SweepFolder& folder,
                                const std::vector<std::size_t>& shards, const Watch& watch,
                                const std::atomic<bool>& stop);
 
-/// Returns the figures of each setting from the frames of all shards, with 95 % intervals; frontiers are marked. The
+/// Returns the figures of each setting from the frames of all shards, with 95 % intervals and marked frontiers. The
 /// caller fills the header fields of the result. A setting without rows has no figures, and its times are 0.
 /// @throws std::invalid_argument for a row of a setting that is not in the plan, for a negative episode, and for
 /// numbers that statistics.h rejects
@@ -53,8 +53,9 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder);
 
 /// Returns a setting's errors and times on fresh episodes (make_check_plan), for choose(). All settings of the same
 /// images are measured together, because rendering takes most of the time. The results are stored in the sweep's
-/// folder, in checks/, so that nothing is rendered twice.
-/// @param setting one of the plan's. Errors: those of run_shards; kCancelled if it was stopped
+/// folder, in checks/, and nothing is rendered twice.
+/// @param setting one of the plan's settings
+/// Errors: those of run_shards; kCancelled if `stop` was set
 Result<Check> run_check(const Subject& subject, const SweepFolder& folder, const Setting& setting, int episodes,
                         const Watch& watch, const std::atomic<bool>& stop);
 

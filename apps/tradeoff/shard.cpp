@@ -29,7 +29,7 @@ namespace {
 
 /// Time limit for a step, and for an image, on a machine that is busy with other programs.
 constexpr std::chrono::milliseconds kTimeout{600'000};
-/// Rendering's part of a shard's progress.
+/// Share of rendering in a shard's progress.
 constexpr double kRenderingShare = 0.9;
 
 /// One frame of an episode, with the robot's images and the true pose.
@@ -42,7 +42,7 @@ struct Shot {
   std::shared_ptr<const Image> lower_image{}, upper_image{};
 };
 
-/// Costs of rendering, reported from other threads. It must live until the last image is complete.
+/// Costs of rendering, which other threads report. The object must live until the last image is complete.
 struct RenderCosts {
   std::mutex mutex;
   std::map<std::pair<int, int>, double> cpu_s;  ///< of episode and step
@@ -55,15 +55,15 @@ struct RenderCosts {
   }
 };
 
-/// Begins a new peak of this process's resident memory. The kernel keeps one such mark for each process.
-/// @returns false where the kernel does not allow it
+/// Resets the peak of this process's resident memory, of which the kernel keeps one value for each process.
+/// @returns false if the kernel does not allow it
 bool reset_peak_memory() {
   std::ofstream mark("/proc/self/clear_refs");
   mark << "5" << std::flush;  // proc(5): sets the peak to the present resident size
   return bool(mark);
 }
 
-/// Returns an equal setting for all settings that give the same answers for a frame.
+/// Reduces a setting to the values that determine its answer for a frame.
 Setting recipe_of(const Setting& s) {
   return {.level = s.level, .enough_m = s.enough_m, .landmarks = s.landmarks, .bearings = s.bearings};
 }
@@ -85,8 +85,7 @@ void judge(const std::optional<Eigen::Vector2d>& position_m, std::optional<doubl
   row.in_ellipse = factor.info() == Eigen::Success && factor.matrixL().solve(error).squaredNorm() <= runlog::k95Ellipse;
 }
 
-/// Returns the covariance, at pose `to`, of a pose that was known with `covariance` at pose `from`; the motion between
-/// both is exact.
+/// Propagates `covariance` of a pose from pose `from` to pose `to`. The motion between both is known exactly.
 Eigen::Matrix3d moved(const Eigen::Matrix3d& covariance, const Pose2& from, const Pose2& to) {
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity();
   by_pose(0, 2) = -(to.y_m - from.y_m);
@@ -94,7 +93,7 @@ Eigen::Matrix3d moved(const Eigen::Matrix3d& covariance, const Pose2& from, cons
   return by_pose * covariance * by_pose.transpose();
 }
 
-/// The bound of the pose for each shot; nothing where no outline was measured.
+/// The bound of the pose for each shot; empty if no outline was measured.
 using Bounds = std::vector<std::optional<Eigen::Matrix3d>>;
 
 class ShardRunner {
@@ -226,7 +225,7 @@ class ShardRunner {
     const estimation::Estimator estimator(method_of(setting.level), robot_of(setting, robot_, plan_.landmarks),
                                           map_of(setting, map_));
     Answers answers;
-    // One answer before the timed ones, so that everything that is created at the first use exists.
+    // One answer is computed before the timed ones, because the first use creates objects that are used again later.
     if (auto warmed = estimator.answer(*shots[0].lower_image, *shots[0].upper_image); !warmed) return warmed.error();
     const bool is_reset = reset_peak_memory();
     for (const Shot& shot : shots) {
@@ -234,7 +233,7 @@ class ShardRunner {
       if (!answer) return with_name(fmt::format("episode {}", shot.episode), answer.error());
       answers.frames.push_back(*std::move(answer));
     }
-    // A robot has one pair of images in memory.
+    // A robot has only one pair of images in memory, so the others are subtracted.
     const double pair_bytes = double(shots[0].lower_image->bytes.size() + shots[0].upper_image->bytes.size());
     const double bytes = is_reset ? double(base::peak_memory_bytes(::getpid())) : 0;
     if (bytes > 0) answers.peak_bytes = bytes - double(shots.size() - 1) * pair_bytes;
@@ -249,7 +248,7 @@ class ShardRunner {
     run.map = map_of(finest, map_);
     for (std::size_t i = 0; i < shots.size(); ++i) {
       const Pose2& truth = shots[i].truth;
-      const double t_s = double(i);  // all episodes begin at the same time
+      const double t_s = double(i);  // not the shot's own time, because all episodes begin at the same time
       run.frames.push_back({.frame = i, .t_s = t_s});
       run.truth.push_back({t_s, truth.x_m, truth.y_m, truth.heading_rad});
     }
@@ -287,7 +286,7 @@ class ShardRunner {
     }
   }
 
-  /// Adds one answer for each episode: that of the filter, which starts with the first of the frames.
+  /// Adds one answer for each episode: the filter's estimate at the last frame. The filter starts at the first one.
   void judge_estimates(int number, const Setting& setting, const std::vector<Shot>& shots, const Answers& made,
                        const Bounds& bounds, ShardRecord& record) const {
     const auto steps = steps_of(setting, plan_.robot_rate_hz);

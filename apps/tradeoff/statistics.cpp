@@ -14,10 +14,10 @@ namespace twocone::tradeoff {
 namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-/// Rounding can put a share times a count this far above a whole number.
+/// Relative rounding error by which a share times a count can exceed a whole number.
 constexpr double kRankSlack = 1e-9;
 
-/// Returns the episodes that have values.
+/// Checks the arguments of the function `who` and returns the episodes that have values. @throws std::invalid_argument
 ByEpisode checked(const char* who, const ByEpisode& values, double level, bool zero_or_one = false) {
   if (!(level > 0 && level < 1)) {
     throw base::InvalidArgument("{}: level is {}, must lie between 0 and 1", who, level);
@@ -39,7 +39,7 @@ ByEpisode checked(const char* who, const ByEpisode& values, double level, bool z
 struct RatioOfSums {
   double mean = 0;
   double standard_error = 0;
-  double c = 0;  ///< as in the header file
+  double c = 0;  ///< scaled skewness, as in the header file
   double values = 0;
   std::size_t episodes = 0;
 
@@ -70,7 +70,7 @@ struct RatioOfSums {
   /// Returns mu for g(T) = g.
   [[nodiscard]] double mean_at(double g) const {
     const double y = c * (g - c / 6);
-    // (cbrt(1 + y) - 1) / y without a difference of nearly equal numbers.
+    // This is (cbrt(1 + y) - 1) / y without a difference of nearly equal numbers.
     const double root = std::cbrt(1 + y);
     const double t = 3 * (g - c / 6) / (root * root + root + 1);
     return mean - standard_error * t;
@@ -88,7 +88,8 @@ std::size_t nearest_rank(double q, double count) {
   return std::size_t(std::max(1.0, std::ceil(q * count - kRankSlack * count)));
 }
 
-/// Returns the number of independent trials that a share is worth; for zeros or ones only, the number of episodes.
+/// Returns the number of independent trials that is equivalent to the data of a share. If all values are equal, it is
+/// the number of episodes.
 double effective_trials(const RatioOfSums& share) {
   const double p = share.mean;
   if (!(p > 0 && p < 1)) return double(share.episodes);

@@ -12,7 +12,7 @@
 namespace twocone::tradeoff {
 namespace {
 
-/// Method paper has no stage of its own.
+/// Returns the value of the key `stage`. Method paper has no stage, so it keeps the default.
 std::string_view stage_of(Level level) { return name(level == Level::kPaper ? Level::kFine : level); }
 
 std::string level_words(const Setting& s) {
@@ -121,7 +121,7 @@ void mark_frontiers(std::vector<SettingResult>& settings) {
   for (SettingResult& s : settings) {
     s.on_robot_frontier = s.on_simulation_frontier = false;
     const double error = answers_enough(s) ? s.position_m->mean.value : kNoFigure;
-    // A robot cannot choose its light or the noise of its sensor.
+    // Other effects are left out, because a robot cannot choose its light or the noise of its sensor.
     robot.push_back({s.robot_time_s().value, s.setting.images.effects == Effects::kScene ? error : kNoFigure});
     simulation.push_back({s.simulation_time_s().value, error});
   }

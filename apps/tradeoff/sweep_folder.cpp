@@ -48,7 +48,7 @@ void write(const fs::path& folder, const ShardRecord& record) {
   });
 }
 
-/// Appends the rows of the folder's tables.
+/// Appends the rows of the folder's tables to `record`.
 void read(const fs::path& folder, ShardRecord& record) {
   for_each_table(record, [&](const char* name, const char* header, auto& rows, const auto& fields_of) {
     const fs::path file = folder / name;
@@ -76,8 +76,8 @@ void read(const fs::path& folder, ShardRecord& record) {
 
 // ---- the plan's file
 
-/// Returns everything that a shard's results depend on. The map's scene is included; files that the scene includes are
-/// only named in it.
+/// Returns the text of plan.yaml: everything that a shard's results depend on. It contains the map's scene. Of files
+/// that the scene includes, it contains only the names.
 std::string plan_text(const config::Robot& robot, const config::Map& map, const Plan& plan) {
   YAML::Emitter out;
   out.SetDoublePrecision(17);
@@ -102,7 +102,7 @@ std::string plan_text(const config::Robot& robot, const config::Map& map, const 
   return std::string(out.c_str()) + '\n';
 }
 
-/// Returns the first line in which two texts differ.
+/// Returns a message with the first line in which two texts differ.
 std::string first_difference(const std::string& there, const std::string& wanted) {
   std::istringstream a(there);
   std::istringstream b(wanted);
@@ -120,7 +120,7 @@ fs::path shard_folder(const fs::path& sweep, std::size_t shard) {
   return sweep / "shards" / fmt::format("{:04}", shard);
 }
 
-/// "3, 5 to 9, 12"
+/// Returns "3, 5 to 9, 12".
 std::string ranges_of(const std::vector<std::size_t>& rising) {
   std::string text;
   for (std::size_t i = 0; i < rising.size();) {
@@ -148,7 +148,7 @@ SweepFolder::SweepFolder(fs::path folder, const config::Robot& robot, const conf
     throw config::FileError("{} belongs to another sweep: {}. Give another --out, or remove that folder", file.string(),
                             first_difference(there, wanted));
   }
-  // Array tasks begin at the same time. Each writes the same text, through its own temporary file.
+  // The tasks of a job array begin at the same time. Each one writes the same text through its own temporary file.
   const fs::path coming = folder_ / fmt::format("plan-{}.yaml", ::getpid());
   runlog::write_whole(coming, wanted);
   fs::rename(coming, file, error);

@@ -39,7 +39,7 @@ struct Column {
   std::array<std::string_view, 2> heads;
   std::size_t width;
 };
-// The widths and the blanks between the columns fill kWidth.
+// The widths of the columns and the blanks between them fill kWidth.
 constexpr std::array<Column, 20> kColumns{
     {{{"", ""}, 2},      {{"", "size"}, 9},  {{"", "AA"}, 3},     {{"ef-", "fects"}, 5}, {{"esti-", "mator"}, 8},
      {{"", "lm"}, 2},    {{"be-", "ar"}, 3}, {{"Hz x", "n"}, 5},  {{"", "mean"}, 6},     {{"", "its interval"}, 13},
@@ -114,7 +114,7 @@ std::string frontier_rows(const Sweep& sweep) {
 }
 
 std::string counts(const Sweep& sweep) {
-  std::vector<std::string_view> axes;  // on which the sweep has at least two values
+  std::vector<std::string_view> axes;  // the axes on which the sweep has at least two values
   for (const Axis axis : kAllAxes) {
     std::set<std::string> values;
     for (const SettingResult& result : sweep.settings) values.insert(facts_of(axis).value(result.setting));
@@ -136,7 +136,7 @@ std::string counts(const Sweep& sweep) {
 
 // ---- CSV
 
-/// A row's cells, each with its head, so that no column can lose its name.
+/// A row's cells. Each cell is added with its head, so heads and cells always agree.
 struct Row {
   std::vector<std::string> heads, cells;
 

@@ -55,7 +55,8 @@ cv::Size shown_size(cv::Size size) {
   return {kWidest_px, std::max(1, int(std::lround(double(size.height) * kWidest_px / size.width)))};
 }
 
-/// Returns the image unrolled; nothing, and a note, where the rig cannot do it. @param turned_rad added to the bearings
+/// Returns the unrolled image. If the rig cannot unroll it, returns nothing and adds a note.
+/// @param turned_rad added to the bearings
 cv::Mat unrolled(const cv::Mat& image, const config::Robot& robot, double turned_rad, const char* side,
                  ExhibitView& view) {
   if (image.empty()) return {};
@@ -67,7 +68,7 @@ cv::Mat unrolled(const cv::Mat& image, const config::Robot& robot, double turned
     const vision::Rig rig = config::to_rig(robot);
     vision::MirrorViewSettings settings = of_view(rig, view.view).settings();
     settings.azimuth_rad += std::isfinite(turned_rad) ? turned_rad : 0;
-    // Unrolled at twice the width first, because a bearing near the rim has more pixels than the strip.
+    // The image is unrolled at twice the width first, because near the rim it has more pixels than the strip.
     return resized(vision::unwrap(image, vision::MirrorView(settings), 2 * kStrip_px.width), kStrip_px);
   } catch (const config::FileError& error) {
     return noted(error);
@@ -94,7 +95,7 @@ void subtract(ExhibitView& images) {
 namespace html = report::html;
 using report::escape;
 
-/// Limit for all images as data URIs, so that the page can be sent by mail.
+/// Limit for the size of all images as data URIs. It allows the page to be sent by mail.
 constexpr std::size_t kMostBytes = 4'500'000;
 
 std::string svg(cv::Size size, const std::string& title, const std::string& inner) {
@@ -233,7 +234,7 @@ std::array<ExhibitView, 2> read_images(const Comparison& comparison, const Exhib
     images.view = side;
     const cv::Mat simulated = read(exhibit.simulated_images[k], "simulated " + images.name(), images.notes);
     const cv::Mat real = read(exhibit.real_images[k], "real " + images.name(), images.notes);
-    // Both bodies head differently, so equal bearings of the world are different bearings of the bodies.
+    // The headings of both bodies differ, so a direction in the world has different bearings from them.
     const double turned_rad =
         std::remainder(exhibit.simulated.heading_rad - exhibit.real.heading_rad, 2 * std::numbers::pi);
     images.simulated_strip = unrolled(simulated, comparison.simulated_robot, turned_rad, "simulated", images);

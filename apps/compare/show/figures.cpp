@@ -82,7 +82,7 @@ std::string colour_of(const Comparison& comparison, std::size_t landmark) {
                                                     : std::string(report::kPaperColour);
 }
 
-/// Returns one landmark's points of a panel: place, residual in mm. Points beyond the limit are drawn on it.
+/// Returns one landmark's points of a panel: place and residual in mm. Points beyond the limit are drawn at the limit.
 std::string rows_of(const Panel& panel, std::size_t landmark, Axis axis, double limit_mm, bool beyond) {
   std::string rows;
   std::size_t count = 0;
@@ -109,7 +109,7 @@ struct KeyEntry {
 };
 
 std::vector<KeyEntry> key_of(const Comparison& comparison, const std::set<std::size_t>& landmarks) {
-  constexpr double kLetter_px = 8, kMark_px = 34;  // of the figures' letters, rounded up
+  constexpr double kLetter_px = 8, kMark_px = 34;  // widths of a letter in the figures, rounded up, and of a mark
   std::vector<KeyEntry> key;
   double x_px = kLeft * kResiduals_px;
   int row = 0;

@@ -31,7 +31,7 @@ std::string table_of(const std::vector<const Source*>& sources, const std::strin
   if (differs) heads.insert(heads.end(), {"explains", "hard to distinguish from"});
   html::Table table(caption, html::head_row(heads), "class=\"sources\"");
   for (const Source* source : sources) {
-    // The cells of numbers have as many lines each, so that those of one component are level.
+    // All cells of numbers have the same number of lines, which keeps the numbers of one component side by side.
     std::vector<std::string> cells{
         escape(source->name()),
         lines(source->components, [](const Component& c) { return c.name; }),

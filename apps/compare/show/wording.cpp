@@ -19,7 +19,7 @@ std::string with_minus(std::string text) {
   return text;
 }
 
-/// Returns the decimals that show one digit of `sigma`, or two where one would be coarse: 0.05, but 0.10.
+/// Returns the number of decimals that shows one digit of `sigma`, or two if one would be coarse: 0.05, but 0.10.
 int decimals_of(double sigma) {
   constexpr int kMost = 9;
   constexpr double kCoarseBelow = 2.95;
@@ -50,7 +50,7 @@ std::string named_with_number(const Source* source) {
   const Component* component = most_certain(*source);
   if (component == nullptr) return source->name();
   std::string what = short_name(*source, *component);
-  // Words of the source's name are not repeated.
+  // Words that are in the source's name are left out.
   const std::string cause(to_string(source->cause));
   if (cause.find(what) != std::string::npos) what.clear();
   if (what.ends_with(" " + cause)) what.resize(what.size() - cause.size() - 1);
@@ -99,8 +99,8 @@ std::string short_name(const Source& source, const Component& component) {
     if (name.starts_with(front)) name.erase(0, front.size());
   };
   drop_front(source.where() + ".");
-  // A unit ends the name or a part of it: centre_px.column. Names have the units of robot files, which are not those
-  // shown.
+  // A unit is at the end of the name or of a part of it: centre_px.column. Units in names are those of robot files,
+  // which differ from the shown ones.
   for (const std::string& unit :
        {component.unit, std::string("px"), std::string("rad"), std::string("m"), std::string("s")}) {
     const std::string suffix = "_" + unit;

@@ -17,8 +17,8 @@ const std::vector<runlog::PoseRow>& path_of(const runlog::RunData& run) {
   return run.estimate.empty() ? run.odometry : run.estimate;
 }
 
-/// Sets the speed and the turn rate to their root mean squares over the path. Keeps the settings' values where the path
-/// has fewer than two poses.
+/// Sets the speed and the turn rate to their root mean squares over the path. If the path has fewer than two poses, the
+/// settings keep their values.
 void set_motion(const std::vector<runlog::PoseRow>& path, error_budget::ErrorBudgetSettings& settings) {
   double speed_squares = 0, turn_squares = 0;
   int count = 0;
@@ -41,7 +41,7 @@ std::string three_digits_mm(double metres) {
   return value < 5e-4 ? std::string("0") : fmt::format("{:#.3g}", value);
 }
 
-/// Smaller values are not drawn: a logarithmic axis has no zero.
+/// Smaller values are not drawn, because a logarithmic axis has no zero.
 constexpr double kLeastDrawn_mm = 0.01;
 
 std::string drawn_mm(double metres) {
@@ -49,7 +49,7 @@ std::string drawn_mm(double metres) {
   return number(value_mm >= kLeastDrawn_mm ? std::optional(value_mm) : std::nullopt);
 }
 
-/// Returns the text of an axis label. gnuplot takes a '%' in it for the beginning of a number's format.
+/// Returns the text of a tic label for gnuplot, which interprets '%' in it as the beginning of a number's format.
 std::string tic_string(const std::string& text) { return gnuplot_string(boost::replace_all_copy(text, "%", "%%")); }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::string end_marks() {
          "$end using 1:2 with points pt 5 ps 0.9 lc rgb '#222222' notitle";
 }
 
-/// The marks of frames in figures 17 and 18, with the reason where there is no position.
+/// The marks of frames in figures 17 and 18; a frame without a position has the reason.
 struct FixData {
   std::string points;                          ///< frame, x, y, error in mm
   std::map<std::string, std::string> missing;  ///< frames without a position by verdict

@@ -125,7 +125,7 @@ Figure draw_geometry(const Drawing& drawing) {
   const SideView upper = side_view(views.upper);
   const std::vector<double> tops_m = shown_tops_m(drawing.run.map);
   const double tallest_m = std::max(upper.rim.y(), tops_m.empty() ? 0.0 : tops_m.back());
-  // Wide enough to show where the highest top enters the lower mirror's view.
+  // The figure is wide enough to show where the highest top enters the lower mirror's view.
   double width_m = 1.6 * tallest_m;
   if (is_right_angled(rig) && !tops_m.empty()) {
     width_m = std::clamp(1.25 * nearest_top_m(rig, tops_m.back()), 1.2 * tallest_m, 4 * tallest_m);

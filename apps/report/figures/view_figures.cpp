@@ -74,8 +74,8 @@ Eigen::Vector2d apply(const cv::Matx23d& affine, const Eigen::Vector2d& p) {
           affine(1, 0) * p.x() + affine(1, 1) * p.y() + affine(1, 2)};
 }
 
-/// Returns the matches of the paper's method in these images, in the order of the map's landmarks; none where the rig
-/// or the colours are outside its domain.
+/// Returns the matches of the paper's method in these images, in the order of the map's landmarks. The list is empty if
+/// the rig or the colours are outside the method's domain.
 std::vector<vision::RangeMeasurement> match(const runlog::RunData& run, const Images& images) {
   try {
     const vision::PaperRanging ranging(config::to_rig(run.robot), config::to_targets(run.map), images.lower.size(),
@@ -89,8 +89,7 @@ std::vector<vision::RangeMeasurement> match(const runlog::RunData& run, const Im
   }
 }
 
-/// Returns the frames, best first: by the number of ranges, then by the largest disparities, which are the clearest to
-/// see.
+/// Returns the frames, the best first: by the number of ranges, then by the largest disparities, which are seen best.
 std::vector<std::uint64_t> by_merit(const runlog::RunData& run) {
   std::map<std::uint64_t, std::pair<int, double>> merit;
   for (const runlog::FrameRow& frame : run.frames) merit[frame.frame] = {0, 0};

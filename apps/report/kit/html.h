@@ -14,7 +14,7 @@ class Mat;
 
 namespace twocone::report {
 
-/// Returns `text` without what XML forbids: control characters are left out, bytes that are not UTF-8 become U+FFFD.
+/// Returns `text` as valid XML characters: control characters are left out, and bytes that are not UTF-8 become U+FFFD.
 std::string cleaned(std::string_view text);
 
 /// Returns `text` for an XML or HTML text node or a quoted attribute: cleaned, with & < > " ' as entities.
@@ -26,11 +26,11 @@ std::string base64(std::span<const std::uint8_t> bytes);
 /// Returns `image` (CV_8UC3 b g r) as "data:image/jpeg;base64,...". @param quality of the JPEG, 0 to 100
 std::string jpeg_uri(const cv::Mat& image, int quality);
 
-/// Returns an SVG's element for an image that is stretched into a rectangle.
+/// Returns the SVG element of an image that is stretched into a rectangle.
 std::string svg_image(double x, double y, double width, double height, std::string_view uri);
 
-/// Returns `name` as a part of a file name: letters in lower case, digits and '_' stay, every other character becomes
-/// '_'; at most 32 characters.
+/// Returns `name` as a part of a file name, at most 32 characters: letters become lower case, digits and '_' stay, and
+/// every other character becomes '_'.
 std::string slug(std::string_view name);
 
 /// Returns a stand-alone SVG as part of a page: without its prolog, and with `prefix` in front of its identifiers, so
@@ -45,20 +45,21 @@ std::string_view script();
 
 }  // namespace twocone::report
 
-/// Small pieces of HTML, written so that the page is also well-formed XML. "Inner" names HTML that is inserted
-/// unchanged; "text" names plain text that gets escaped.
+/// Small pieces of HTML that are also well-formed XML. "Inner" is HTML that is inserted unchanged; "text" is plain text
+/// that is escaped.
 namespace twocone::report::html {
 
 /// Returns <tag attributes>inner</tag>. @param attributes HTML, such as `class="note"`; may be empty
 std::string element(std::string_view tag, std::string_view inner, std::string_view attributes = "");
 
-/// Returns the same element around plain text.
+/// Returns <tag attributes>text</tag>.
 std::string text(std::string_view tag, std::string_view plain, std::string_view attributes = "");
 
 /// Returns <section id="id"> with a heading.
 std::string section(std::string_view id, std::string_view title, std::string_view inner);
 
-/// Returns a list of plain sentences. If there are none: the plain paragraph `nothing`, which is left out if empty.
+/// Returns a list of plain sentences. Without sentences, it returns a paragraph with the plain text `nothing`, or ""
+/// if that is empty.
 std::string list(const std::vector<std::string>& sentences, std::string_view nothing = "");
 
 /// Returns a list of names and values (dl), both plain text.

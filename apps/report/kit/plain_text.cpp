@@ -65,7 +65,7 @@ std::string repeat_lines(std::size_t width, std::string command) {
   return wrapped(width, "repeat: ", "          ", words, " \\");
 }
 
-/// Returns whether `text` is valid UTF-8 without control characters, so that a terminal shows all of it.
+/// Returns whether a terminal shows all of `text`: it is valid UTF-8 without control characters.
 static bool is_printable(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = utf8_length(text);
@@ -80,7 +80,7 @@ static bool is_printable(std::string_view text) {
 std::string shell_word(const std::string& word) {
   constexpr std::string_view kSafe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=+,@%";
   if (!word.empty() && word.find_first_not_of(kSafe) == std::string::npos) return word;
-  // A word with control characters or invalid UTF-8 is written as its bytes, so that the command can be pasted.
+  // A word with control characters or invalid UTF-8 is written as its bytes, which allows the command to be pasted.
   if (!is_printable(word)) {
     std::string safe = "$'";
     for (const char c : word) {

@@ -18,18 +18,18 @@ std::string ascii(std::string_view text);
 /// Returns ascii(text), cut to `width` > 2 columns; a text that was cut ends with "..".
 std::string cut(std::string_view text, std::size_t width);
 
-/// Puts `words` into lines of at most `width` columns. `first` begins the first line and `next` the others; `end`
+/// Breaks `words` into lines of at most `width` columns. `first` begins the first line, and `next` the others; `end`
 /// closes every line except the last. A word longer than `width` has a line of its own.
 std::string wrapped(std::size_t width, std::string_view first, std::string_view next,
                     const std::vector<std::string>& words, std::string_view end = "");
 
-/// Returns `text`, wrapped between words likewise.
+/// Breaks `text` between its words in the same way.
 std::string paragraph(std::size_t width, std::string_view first, std::string_view next, std::string_view text);
 
-/// Returns a line that begins with "repeat: " and has a shell's command, wrapped before its options.
+/// Returns "repeat: " and a shell command, broken into lines before its options.
 std::string repeat_lines(std::size_t width, std::string command);
 
-/// Returns a word as a POSIX shell needs it: unchanged, or in quotes where it needs them.
+/// Returns a word for a POSIX shell: unchanged, or in quotes if it requires them.
 std::string shell_word(const std::string& word);
 
 }  // namespace twocone::report

@@ -45,7 +45,7 @@ std::string label_command(const std::string& text, double x_m, double y_m, const
 std::string pose_block(const std::string& name, const std::vector<runlog::PoseRow>& poses);
 
 /// Returns the arena from above, CV_8UC3 b g r, covering the map's bounds. The image is saved as overhead.png among the
-/// figures and read from there the next time. Where it cannot be made, a note explains it.
+/// figures and read from there the next time. If it cannot be made, a note states why.
 /// @param what_is the subject of the note and its verb, such as "Figure 7 is"
 std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is);
 

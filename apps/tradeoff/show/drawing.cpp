@@ -36,7 +36,7 @@ const Look& look_of(Level level) {
   return *std::find_if(kLooks.begin(), kLooks.end(), [&](const Look& look) { return look.level == level; });
 }
 
-/// Returns a place as gnuplot writes it: in parts of the image, from below.
+/// Returns a place in gnuplot's notation: as fractions of the image, from its lower edge.
 std::string screen(Pixel at, const Plane& plane) {
   return fmt::format("screen {:.6f},{:.6f}", at.x / plane.width_px, 1 - at.y / plane.height_px);
 }
@@ -124,7 +124,7 @@ struct Named {
   }
 };
 
-/// Open marks are filled with white, so that no line shows through.
+/// Draws open marks with white inside, because lines would otherwise show through.
 void draw_marks(Script& script, const Sweep& sweep, const Plane& plane, const Named& named) {
   for (const bool solid : {false, true}) {
     for (const Look& look : kLooks) {

@@ -37,8 +37,8 @@ std::string image_html(std::string_view id, std::string_view svg, std::string_vi
                        fmt::format("id=\"{}\" class=\"wide\"", escape(id)));
 }
 
-/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres; the interval only where it is
-/// finite. @param pattern of the interval
+/// Formats "0.160 (0.150 to 0.171)" in units of `unit`, e.g. 1e-3 for millimetres. An interval that is not finite is
+/// left out. @param pattern of the interval
 std::string with_interval(const Interval& interval, double unit, const char* pattern = " ({} to {})") {
   std::string text = significant(interval.value / unit);
   if (std::isfinite(interval.low) && std::isfinite(interval.high)) {

@@ -21,12 +21,12 @@ struct Pixel {
   double x = 0, y = 0;
 };
 
-/// A logarithmic axis and its range of pixels.
+/// A logarithmic axis with its range of values and pixels.
 struct LogAxis {
   double low = 0, high = 0;  ///< in the axis's unit, 0 < low < high
   double low_px = 0, high_px = 0;
   [[nodiscard]] double px(double value) const;
-  /// Returns value and label of each tic: 1, 2, 5 in each decade, and 1 only over many decades.
+  /// Returns value and label of each tic: 1, 2 and 5 in each decade; if there are many decades, 1 only.
   [[nodiscard]] std::vector<std::pair<double, std::string>> tics() const;
 };
 
@@ -44,13 +44,13 @@ struct Mark {
   bool answers_enough = false;
 };
 
-/// Error over cost: all settings of a sweep in one image.
+/// An image of error over cost, with all settings of a sweep.
 struct Plane {
   Cost cost = Cost::kRobotTime;
   int width_px = 0, height_px = 0;
-  double unit_s = 1;  ///< of x; y is in millimetres
+  double unit_s = 1;  ///< unit of x, seconds; the unit of y is a millimetre
   LogAxis x, y;
-  std::vector<Mark> marks;           ///< those on the frontier come last, by rising cost
+  std::vector<Mark> marks;           ///< the marks on the frontier come last, by rising cost
   std::vector<PlanePoint> frontier;  ///< by rising cost
   std::vector<PlanePoint> bound;     ///< the lowest bound among settings of at most this cost, by rising cost
   PlanePoint paper;                  ///< the paper's own result
@@ -58,30 +58,30 @@ struct Plane {
   [[nodiscard]] Pixel pixel(PlanePoint point) const { return {x.px(point.x), y.px(point.y)}; }
 };
 
-/// Returns the image's content. Settings whose error or cost is not a positive number are left out.
+/// Returns the content of an image. Settings whose error or cost is not a positive number are left out.
 Plane plane_of(const Sweep& sweep, Cost cost);
 
-// ---- where words cover nothing
+// ---- free space for labels
 
 /// A rectangle, in pixels.
 struct Box {
   double left = 0, top = 0, right = 0, bottom = 0;
 };
 
-/// Records the areas that are drawn already, and finds free space beside a point.
+/// Records the occupied areas of an image, and finds free space beside a point.
 class Placing {
  public:
-  /// Nothing is put outside `frame`.
+  /// @param frame limits the space
   explicit Placing(Box frame) : frame_(frame) {}
 
-  /// @param weight penalty for covering this area
+  /// Records an area. @param weight penalty for covering it
   void keep_clear(Box box, double weight);
-  /// Records a line, as boxes along it.
+  /// Records a line as boxes along it.
   void keep_clear(Pixel from, Pixel to, double weight);
 
   /// Returns the middle of the best place for `width` by `height` pixels beside `point`, and records that place as
-  /// occupied. Of two places that cover equally little it takes the nearer one, of equally near ones the one below and
-  /// to the left.
+  /// occupied. Of two places that cover equally little, the nearer one is better; of equally near ones, the one below
+  /// and to the left.
   Pixel place(Pixel point, double width, double height);
 
  private:
@@ -104,8 +104,8 @@ report::Plot drawing_of(const Sweep& sweep, const Plane& plane, const Choice* ch
 /// Returns the styles that the page needs in addition to the report's.
 std::string_view page_style();
 
-/// Returns the page's script: a tooltip beside the pointer or the focus, arrow keys from point to point, sorting by a
-/// click on a column head. Without it the circles' own titles are shown.
+/// Returns the page's script. It shows a tooltip beside the pointer or the focus, moves from point to point with the
+/// arrow keys, and sorts the table at a click on a column head. Without it the circles' own titles are shown.
 std::string_view page_script();
 
 }  // namespace twocone::tradeoff
