@@ -45,7 +45,7 @@ class Confinement {
   Kind kind_;
 };
 
-/// The version of the kernel's Landlock interface; 0: Landlock is missing or not enabled.
+/// Returns the version of the kernel's Landlock interface; 0: Landlock is missing or not enabled.
 int landlock_version();
 
 }  // namespace twocone::base

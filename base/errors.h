@@ -65,7 +65,7 @@ class Complaints {
     if (!(value >= 0 && value < 1)) add("{} is {}, must be >= 0 and < 1", name, value);
   }
   [[nodiscard]] bool empty() const { return text_.empty(); }
-  /// @throws std::invalid_argument, beginning with `what`, if there are complaints
+  /// Throws the complaints, if there are any. @throws std::invalid_argument, beginning with `what`
   void raise(std::string_view what) const {
     if (!text_.empty()) throw InvalidArgument("{}:{}", what, text_);
   }

@@ -27,13 +27,13 @@ class Logger {
   /// @param name appears in each line, for example "v4l2"; the text must outlive the logger
   constexpr explicit Logger(const char* name) : name_(name) {}
 
-  /// Single steps.
+  /// Logs a single step.
   void debug(std::string_view message) const noexcept;
-  /// Changes of state that are in order.
+  /// Logs a change of state that is in order.
   void info(std::string_view message) const noexcept;
-  /// Failures that the program handles.
+  /// Logs a failure that the program handles.
   void warning(std::string_view message) const noexcept;
-  /// Failures that end what was to be done.
+  /// Logs a failure that ends what was to be done.
   void error(std::string_view message) const noexcept;
 
  private:

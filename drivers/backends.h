@@ -25,8 +25,8 @@ inline constexpr std::string_view kMemory = "memory";
 inline constexpr std::string_view kSimPovray = "sim_povray";
 inline constexpr std::string_view kSerialDiffDrive = "serial_diffdrive";
 
-/// One row of the table of drivers. The table also lists drivers that are known but not in this build, so that a
-/// message about a robot file that names one can report what is missing.
+/// One row of the table of drivers. The table also lists known drivers that are not in this build, so that a message
+/// about a robot file that names one can report what is missing.
 struct Backend {
   /// What a robot file may state of a part of this driver, beside what is common to all parts.
   enum class Keys {
@@ -45,9 +45,9 @@ struct Backend {
   [[nodiscard]] bool has_device() const { return keys != Keys::kNone; }
 };
 
-/// Every driver, in the order in which messages and `devices` list them.
+/// Returns every driver, in the order in which messages and `devices` list them.
 std::vector<Backend> backends();
-/// The driver of that name; null: there is none.
+/// Returns the driver of that name; null: there is none.
 const Backend* find_backend(std::string_view name);
 
 struct CameraPart {
@@ -107,7 +107,7 @@ Devices list_devices();
 Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const CameraPart& camera);
 Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive);
 
-/// Checks that no two entries of the robot are the same camera, which the robot file may name in two ways. It looks at
+/// Checks that no two entries of the robot are the same camera, which the robot file may name in two ways. It examines
 /// this machine's devices. Error: kRefused, naming both entries.
 Status check_cameras_differ(const RobotSettings& settings);
 
