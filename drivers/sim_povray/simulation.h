@@ -22,8 +22,8 @@ class SimulationHost;
 
 /// One robot in one world, which the robot's cameras step in lock-step. A grab returns the image of the world's present
 /// step if that camera has not returned it yet; otherwise it first advances the world by one frame period. Two cameras
-/// that are grabbed in turn therefore see the same step. The drive and the truth never advance the world. One thread at
-/// a time.
+/// that are grabbed in turn therefore see the same step. The drive and the truth never advance the world. A simulation
+/// must be used by one thread at a time.
 ///
 /// Step 0, at time 0, is the start; a frame's sequence number is the number of its step. Camera::grab fails with
 /// kTimeout, and nothing moves, if `run_ahead_frames` steps are still unfinished at its deadline. Cameras, drives and
