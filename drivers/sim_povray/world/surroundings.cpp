@@ -18,7 +18,7 @@ Facing from_point(const FloorPoint& from, const FloorPoint& point, double radius
   return {away_m - radius_m, x_m / away_m, y_m / away_m};
 }
 
-/// Counts the edges that a ray to the right crosses.
+/// Returns whether the outline contains the point, by the number of edges that a ray to the right crosses.
 bool is_inside(const Outline& outline, const FloorPoint& point) {
   bool inside = false;
   for (std::size_t i = 0; i < outline.size(); ++i) {
