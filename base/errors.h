@@ -28,7 +28,7 @@ using FormattedError = Formatted<std::runtime_error>;
 
 inline bool is_positive(double value) { return value > 0 && std::isfinite(value); }
 
-/// Collects complaints about the fields of a struct, or about arguments, so that one exception names all of them.
+/// Collects complaints about the fields of a struct, or about arguments. One exception then names all of them.
 class Complaints {
  public:
   template <typename... Args>

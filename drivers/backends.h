@@ -122,7 +122,8 @@ void check(const RobotSettings& settings);
 /// one Simulation, with ground truth. Either all parts of a robot have this driver or none has.
 ///
 /// Errors: kNotFound (no such driver), kUnavailable (known, not in this build), kRefused (a driver for another kind of
-/// part; parts that cannot be combined; one camera for two entries), and those of Simulation::open and open_camera.
+/// part; parts that cannot be combined; one camera for two entries), and those of Simulation::open and attach, and of
+/// the drivers' own open_camera() and open_drive().
 /// @throws std::invalid_argument as check() does.
 Result<Robot> open_robot(const RobotSettings& settings);
 

@@ -49,7 +49,8 @@ Result<std::vector<DeviceInfo>> list_cameras();
 /// libcamera 0.0.3 ends the program when a camera that is gone is stopped. Such a stream is therefore abandoned: its
 /// buffers, and libcamera's thread that continues to poll the device, remain until the program ends.
 ///
-/// Errors: kNotFound, kRefused (another program has it), kUnavailable. @throws std::invalid_argument as check() does
+/// Errors: kNotFound, kRefused (another program has it; several cameras of that model), kUnavailable, kDisconnected.
+/// @throws std::invalid_argument as check() does
 Result<std::unique_ptr<Camera>> open_camera(const LibcameraSettings& settings);
 
 // ---- How the program and the module find each other.

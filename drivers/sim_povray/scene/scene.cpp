@@ -14,7 +14,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Keywords of the blocks of POV-Ray 3.7 that stand in a scene and take a transformation.
+/// Keywords of the blocks of POV-Ray 3.7 that are objects of a scene and take a transformation.
 const std::set<std::string_view> kObjects{
     "bicubic_patch", "blob",         "box",          "cone",           "cubic",         "cylinder", "difference",
     "disc",          "height_field", "intersection", "isosurface",     "julia_fractal", "lathe",    "light_group",

@@ -308,7 +308,7 @@ class RemoteSession final : public RobotSession {
   std::map<std::uint64_t, Order> orders_;
   std::uint64_t last_order_ = 0;
   std::atomic<bool> leaving_{false};
-  bool left_ = false;  ///< left in good order; used by the reader alone
+  bool left_ = false;  ///< left by a completed Leave; used by the reader alone
 
   std::thread reader_;  // last: it uses all of the above
 };

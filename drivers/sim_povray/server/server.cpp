@@ -39,15 +39,15 @@ namespace {
 
 /// Time from the connection to the client's request for a session.
 constexpr std::chrono::seconds kHandshakeTime{5};
-/// How often a session that waits for its client checks whether the server stops.
+/// Period in which a session that waits for its client checks whether the server stops.
 constexpr std::chrono::milliseconds kStopSlice{50};
-/// How often a session that waits for its world checks whether its client still lives.
+/// Period in which a session that waits for its world checks whether its client is alive.
 constexpr std::chrono::milliseconds kStepSlice{50};
 
 Error refusal(std::string why) { return {ErrorCode::kRefused, std::move(why)}; }
 
 /// The conversation with one client. An error in a Status that a function here returns ends the conversation, and the
-/// client is notified of it unless it is kDisconnected. An error of the world is no such error: it goes into a reply.
+/// client is notified of it unless it is kDisconnected. An error of the world does not end it, but becomes a reply.
 class Conversation {
  public:
   /// @param report called from the thread of run()
@@ -276,7 +276,7 @@ class Conversation {
 namespace {
 
 constexpr std::size_t kMaxConnections = 64;
-/// How often `stop` is checked.
+/// Period in which `stop` is checked.
 constexpr std::chrono::milliseconds kAcceptSlice{50};
 
 /// A connection to one client, in a thread of its own.
@@ -317,7 +317,7 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
     if (ready <= 0) continue;
     base::UniqueFd socket(::accept4(listening->get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!socket.valid()) {
-      // Usually no descriptor is left. The caller stays in the queue, so without a pause this would spin.
+      // Usually no descriptor is left. The caller stays in the queue, so this loop would spin without a pause.
       if (errno == EINTR || errno == ECONNABORTED) continue;
       base::Logger("server").warning("a program cannot be accepted; tried again");
       std::this_thread::sleep_for(kAcceptSlice);

@@ -70,7 +70,7 @@ Status send_message(int socket, const Message& message, SteadyTime deadline, int
 
 struct Received {
   std::optional<Message> message;  ///< nothing: a packet came, but it is not a message
-  base::UniqueFd file;             ///< the file that was sent along, if it was asked for
+  base::UniqueFd file;             ///< the file that was sent along, if it was requested
 };
 enum class Files { kDrop, kTake };
 /// Receives a packet. Errors: kTimeout, kDisconnected.
