@@ -28,7 +28,7 @@ inline constexpr std::string_view kSerialDiffDrive = "serial_diffdrive";
 /// One row of the table of drivers. The table also lists known drivers that are not in this build, so that a message
 /// about a robot file that names one can report what is missing.
 struct Backend {
-  /// What a robot file may state of a part of this driver, beside what is common to all parts.
+  /// The settings that a robot file may have for a part of this driver, besides those of all parts.
   enum class Keys {
     kNone,
     kCamera,              ///< device, format, controls: CameraDevice
@@ -93,7 +93,7 @@ struct RobotSettings {
   std::optional<SimulatedWorld> world;  ///< needed by sim_povray, unused by others
 };
 
-/// What list_devices() found.
+/// The result of list_devices().
 struct Devices {
   std::vector<DeviceInfo> found;
   /// Kinds of devices that could not be searched for, each with the reason.

@@ -112,7 +112,7 @@ using ImageResult = Result<std::shared_ptr<const Image>>;
 /// Returns a future that already holds the image or the error.
 std::shared_future<ImageResult> ready_image(ImageResult image);
 
-/// One image of one camera. Cheap to copy: copies share the pixels.
+/// One image of one camera. A copy is cheap, because copies share the pixels.
 ///
 /// The pixels may arrive after the frame: a simulation renders in the background. On hardware they are already present.
 class Frame {

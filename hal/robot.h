@@ -39,7 +39,7 @@ class GroundTruth {
   [[nodiscard]] virtual std::string contact() const { return {}; }
 };
 
-/// How the robot's time passes, as its drivers report it. A control loop takes its timeouts from this.
+/// The pace of the robot's time, as its drivers report it. A control loop takes its timeouts from this.
 struct RobotPace {
   /// The world is stopped between calls of next_frame(), however long the program takes: no image becomes outdated, and
   /// a part that fails does not recover by itself. True in simulation.

@@ -26,7 +26,7 @@ constexpr unsigned kBuffers = 6;
 constexpr double kSilentPeriods = 10;
 constexpr milliseconds kLeastSilence{500};
 constexpr double kStalePeriods = 2;
-// A camera that sent nothing for this many periods is checked for presence before it is stopped.
+// A camera that sent nothing for this many periods is checked for its presence before it is stopped.
 constexpr double kDoubtfulPeriods = 3;
 constexpr std::chrono::seconds kSameClock{10};
 

@@ -99,7 +99,7 @@ class Device {
   /// @param name id or model
   /// Errors: kNotFound, kRefused, kDisconnected, kUnavailable.
   static Result<std::shared_ptr<Device>> open(const std::string& name);
-  /// The stream must be stopped before.
+  /// Requires that the stream is stopped.
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -159,7 +159,8 @@ class Memory {
   /// Returns all planes as one contiguous span; nothing if they do not follow each other.
   [[nodiscard]] std::optional<std::span<const std::uint8_t>> whole() const;
 
-  /// Reading must happen between these calls, because a device may write past the processor's caches.
+  /// Mark the beginning and the end of reading. A device may write past the processor's caches, so reading requires
+  /// both.
   void begin_reading() const;
   void end_reading() const;
 
@@ -201,7 +202,7 @@ class Stream : public std::enable_shared_from_this<Stream> {
   /// Returns whether no request was completed for this time.
   [[nodiscard]] bool is_silent(std::chrono::nanoseconds time) const;
 
-  /// Must not be called if the device is gone: libcamera ends the program if requests do not come back.
+  /// Stops the stream. Requires that the device is present: libcamera ends the program if requests do not come back.
   void stop();
   /// Replaces stop() for a device that is gone: keeps the stream unchanged until the program ends.
   static void abandon(const std::shared_ptr<Stream>& stream);

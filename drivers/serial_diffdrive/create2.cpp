@@ -186,7 +186,7 @@ class Create2 final : public Protocol {
     return found;
   }
 
-  /// The robot answers no command; its stream shows that it is present and awake.
+  /// Reads the stream, which shows that the robot is present and awake. The robot answers no command.
   Status listen(Transport& transport) {
     std::array<std::uint8_t, 4096> room;
     const auto got = transport.read(room, transport.now());

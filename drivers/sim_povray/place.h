@@ -49,7 +49,7 @@ struct SceneSwitches {
 /// Greatest width and height of an image. Its size in bytes does not overflow.
 constexpr int kMaxSide_px = 16384;
 
-/// How images are rendered. The defaults suit two cores.
+/// The settings of rendering. The defaults suit two cores.
 struct RenderSettings {
   std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH
   int processes = 8;              ///< POV-Ray processes at one time, >= 1; more than cores, since each sleeps at times

@@ -48,8 +48,8 @@ class Simulation {
 
   /// Joins a world that `serve_world` runs under `name`, on this machine and of this user.
   /// Errors: kNotFound (no program serves it), kRefused (another version, another user, and those of
-  /// SimulationHost::join), kTimeout, kDisconnected, kUnavailable, kBadData (it is not this program). @throws
-  /// std::invalid_argument as above
+  /// SimulationHost::join), kTimeout, kDisconnected, kUnavailable, kBadData (it is not this program).
+  /// @throws std::invalid_argument as above
   static Result<std::unique_ptr<Simulation>> attach(const std::string& name, const SessionSettings& session);
 
   /// Opens a camera of the scene that is mounted on the robot. All cameras of a world must be configured with one rate:

@@ -35,7 +35,9 @@ class SimulationHost {
   SimulationHost& operator=(const SimulationHost&) = delete;
 
   /// Lets a robot join. The session keeps its host alive. Errors: kRefused (the scene has no such robot, it is taken,
-  /// or it touches something at its initial pose). @throws std::invalid_argument naming every bad field
+  /// its map is not that of the world, or it touches something at its initial pose), kUnavailable (physics in a build
+  /// without it).
+  /// @throws std::invalid_argument naming every bad field
   virtual Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) = 0;
 
   /// Returns an empty world to time 0 for the next episode of a sweep, whose robot gets the same images as from

@@ -11,7 +11,7 @@
 namespace twocone {
 inline namespace v0_1 {
 
-/// What was measured of one landmark at a known place. Angles are counter-clockwise from the body's x axis.
+/// The measurement of one landmark at a known place. Angles are counter-clockwise from the body's x axis.
 struct LandmarkObservation {
   double x_m = 0, y_m = 0;            ///< the landmark's axis, world frame
   std::optional<double> range_m;      ///< horizontal distance from the body's origin, >= 0

@@ -62,7 +62,7 @@ struct ImageView {
   std::span<const std::uint8_t> rgb;  ///< valid as long as a copy of the frame exists
 };
 
-/// Both images of one moment, and the angles that the wheels had turned by then. Cheap to copy.
+/// Both images of one moment, and the angles that the wheels had turned by then. A copy is cheap.
 class CapturedFrame {
  public:
   [[nodiscard]] std::uint64_t number() const;  ///< counts calls of next_frame(), from 0

@@ -20,7 +20,7 @@ namespace {
 
 /// POV-Ray's highest quality.
 constexpr int kHighestQuality = 11;
-/// One mirror and its surroundings need far fewer.
+/// Depth of reflections of `everything`. One mirror and its surroundings need far less.
 constexpr int kDeepReflections = 20;
 constexpr int kDeepest = 256;
 /// Number of images; the median of their processor times counts.

@@ -36,12 +36,12 @@ struct ViewTemplate {
   std::string one_shot{};
 };
 
-/// One image to render.
+/// An image to render.
 struct RenderJob {
   std::string label;  ///< for messages: "frame 12, view lower"
   std::shared_ptr<const ViewTemplate> view_template;
-  /// One line of POV-Ray's language that declares where things are. No line break, so that POV-Ray's line numbers are
-  /// those of the scene file.
+  /// One line of POV-Ray's language that declares where things are. It has no line break, so that POV-Ray's line
+  /// numbers are those of the scene file.
   std::string pose;
   /// Called once for an image that succeeds, before it is handed over, by the same thread; not called if the system
   /// does not report the use. The function must neither block nor throw. Empty: no call.

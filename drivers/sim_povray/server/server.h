@@ -31,8 +31,8 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
 
 /// Joins the world that another program serves under `name` (serve()).
 /// Errors: kNotFound (no program serves it), kRefused (another version, another user), kTimeout, kDisconnected,
-/// kUnavailable, kBadData (it is not this program), and those of SimulationHost::join. @throws std::invalid_argument as
-/// check(SessionSettings)
+/// kUnavailable, kBadData (it is not this program), and those of SimulationHost::join.
+/// @throws std::invalid_argument as check(SessionSettings)
 Result<std::unique_ptr<RobotSession>> join_served_world(const std::string& name, const SessionSettings& settings,
                                                         std::chrono::milliseconds timeout);
 

@@ -16,9 +16,9 @@ namespace {
 
 std::atomic<int> opened_engines{0};
 
-/// ODE must be initialised once in a process, and each thread that calls it must be registered. It is never closed:
-/// dCloseODE requires that no thread that has called ODE is alive, which only a whole program can promise. The data of
-/// a thread are freed when it ends.
+/// Initialises ODE once in a process and registers each thread that calls it; returns whether ODE can be used. It is
+/// never closed: dCloseODE requires that no thread that has called ODE is alive, which only a whole program can
+/// promise. The data of a thread are freed when it ends.
 bool enter_ode() {
   static const bool begun = dInitODE2(0) != 0 && dCheckConfiguration("ODE_double_precision") != 0;
   thread_local const bool known = begun && dAllocateODEDataForThread(dAllocateFlagBasicData) != 0;

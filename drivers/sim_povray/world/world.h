@@ -45,7 +45,7 @@ struct StepPath {
 
   /// Starts a step at `here`, standing. Keeps the lists' memory.
   void begin_at(const Pose2& here, std::chrono::nanoseconds step);
-  /// Returns nullptr while the robot stands.
+  /// Returns the arc at that time; nullptr while the robot stands.
   [[nodiscard]] const Arc* arc_at(double time_s) const;
   [[nodiscard]] Pose2 pose_at(double time_s) const;
 };

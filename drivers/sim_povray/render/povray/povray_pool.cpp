@@ -26,8 +26,8 @@ namespace {
 
 /// The number of times that an image which was lost with its process is started again.
 constexpr int kMaxRetries = 2;
-/// The same for a process that read an old pose, on a machine so busy that a lease was not taken in time. The image is
-/// not the cause of that.
+/// The same number for a process that read an old pose, on a machine so busy that a lease was not taken in time. The
+/// image is not the cause of that.
 constexpr int kMaxStale = 50;
 /// Pause between two attempts to take a lease. POV-Ray sleeps a hundred times as long.
 constexpr auto kRetakeAfter = std::chrono::milliseconds(2);
