@@ -247,7 +247,7 @@ std::shared_ptr<const void> Stream::lend(const Newest& newest) {
           }};
 }
 
-/// Queues a request. The caller holds the lock, because queueRequest() only stores the request for another thread.
+/// Queues a request. The caller holds the lock: queueRequest() only stores the request for libcamera's thread.
 void Stream::queue(lc::Request* request) {
   request->reuse(lc::Request::ReuseBuffers);
   // A request that is not accepted is not counted. If the camera is gone, a signal of libcamera reports it.

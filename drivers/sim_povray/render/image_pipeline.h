@@ -52,8 +52,8 @@ struct ImageOrder {
   std::function<void(const RenderedImage&)> rendered{};  ///< SessionSettings::rendered
 };
 
-/// Renders the shutter samples and makes the image from them. Does not wait. `renderer` must outlive the rendering,
-/// because its destructor answers every open submission.
+/// Renders the shutter samples and makes the image from them. Does not wait. `renderer` must outlive the rendering. Its
+/// destructor answers every open submission.
 std::shared_future<ImageResult> take_image(Renderer& renderer, FutureViewTemplate& view_template, ImageOrder order);
 
 }  // namespace twocone::sim_povray

@@ -12,7 +12,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// The fewest pixels of a mirror. Fewer are a highlight.
+/// The fewest pixels of a mirror. Fewer are a highlight, not a usable mirror.
 constexpr std::size_t kFewestPixels = 16;
 /// The sphere shines with 2, so a tenth of it reflected is 0.2 in linear light: 124 in sRGB. Lacquer reflects less.
 constexpr int kReflects = 120;

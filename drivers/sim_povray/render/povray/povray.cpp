@@ -160,7 +160,7 @@ RenderJob plain_image(std::string label, std::string scene, int width_px, int he
 }
 
 std::string with_pose(const ViewTemplate& view_template, std::string_view text) {
-  // Blanks are added around a text that is not empty. Without poses, a view template therefore does not change.
+  // Blanks are added around a text that is not empty. Without poses, a view template stays the same to the byte.
   std::string scene = view_template.scene;
   if (!text.empty()) scene.insert(view_template.pose_offset, fmt::format(" {} ", text));
   return scene;
