@@ -39,7 +39,7 @@ void make_non_blocking(int fd) {
   if (::fcntl(fd, F_SETFL, O_NONBLOCK) != 0) throw_errno("fcntl");
 }
 
-/// Pointers for exec; the strings must outlive them.
+/// Returns pointers for exec; the strings must outlive them.
 std::vector<char*> pointers(const std::vector<std::string>& strings) {
   std::vector<char*> result;
   result.reserve(strings.size() + 1);
@@ -115,7 +115,7 @@ void measure(const StartedChild& child, ChildResult& result) {
   if (const auto cpu = child.cpu()) result.use = {*cpu, std::max(before, base::peak_memory_bytes(child.pid()))};
 }
 
-/// Reads until the child has ended (then returns kEnded) or must be killed.
+/// Reads until the child has ended (it then returns kEnded) or must be killed.
 ChildResult::End watch(const StartedChild& child, const ChildRequest& request, SteadyTime deadline,
                        ChildResult& result) {
   std::array<pollfd, 4> fds{{{child.end_fd(), POLLIN, 0},

@@ -36,9 +36,9 @@ class Process {
   Process(Process&& other) noexcept;
   Process& operator=(Process&& other) noexcept;
 
-  /// 0: none, or it is reaped.
+  /// Returns the process's number; 0: none, or it is reaped.
   [[nodiscard]] pid_t pid() const { return pid_; }
-  /// A descriptor that becomes readable when the process has ended.
+  /// Returns a descriptor that becomes readable when the process has ended.
   [[nodiscard]] int end_fd() const { return end_fd_.get(); }
 
   /// Sends a signal. The process is not reaped yet, so its number cannot belong to another one.
@@ -57,14 +57,14 @@ class Process {
   UniqueFd end_fd_;
 };
 
-/// Peak memory of a process since it started its program (wait4() would also count the memory of the program that
-/// forked it); 0: not known, as after the process has ended.
+/// Returns the peak memory of a process since it started its program (wait4() would also count the memory of the
+/// program that forked it); 0: not known, as after the process has ended.
 std::uint64_t peak_memory_bytes(pid_t pid);
 
-/// The path of a program: `name` itself if it has a slash, else where PATH has it. None: PATH has no such program.
+/// Returns the path of a program: `name` itself if it has a slash, else the one found in PATH. None: PATH has none.
 std::optional<std::string> find_program(const std::string& name);
 
-/// The environment of this program, as Program::environment requires it.
+/// Returns the environment of this program, as Program::environment requires it.
 std::vector<std::string> own_environment();
 
 /// A program to start.
@@ -95,13 +95,13 @@ class StartedChild {
   StartedChild& operator=(const StartedChild&) = delete;
 
   [[nodiscard]] pid_t pid() const { return process_.pid(); }
-  /// A descriptor that becomes readable when the child has ended.
+  /// Returns a descriptor that becomes readable when the child has ended.
   [[nodiscard]] int end_fd() const { return process_.end_fd(); }
-  /// Its standard output and error as descriptors that do not block; -1 if the output is not wanted.
+  /// Returns its standard output and error as descriptors that do not block; -1 if the output is not wanted.
   [[nodiscard]] int output_fd() const { return output_.get(); }
   [[nodiscard]] int errors_fd() const { return errors_.get(); }
 
-  /// The processor time of all its threads so far; also available after it has ended. None: not reported by the system.
+  /// Returns the processor time of all its threads so far, also after its end. None: the system does not report it.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> cpu() const;
 
   /// Kills the whole process group. Call this before the child is reaped: until then its number, which is also the

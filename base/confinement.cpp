@@ -49,8 +49,8 @@ constexpr std::uint64_t kDeviceControl = 1U << 15U;
 constexpr std::uint64_t kAllNet = 3;
 constexpr std::uint64_t kAllScopes = 3;
 
-/// All rights on files that a version supports. Version 1 has 13; later versions add moving between folders, truncating
-/// and controlling devices.
+/// Returns all rights on files that a version supports. Version 1 has 13; later versions add moving between folders,
+/// truncating and controlling devices.
 constexpr std::uint64_t all_files(int version) {
   const unsigned count = version >= 5 ? 16 : version >= 3 ? 15 : version >= 2 ? 14 : 13;
   return (1U << count) - 1;
@@ -137,7 +137,7 @@ constexpr sock_filter jump(std::uint16_t code, std::uint32_t k, std::uint8_t yes
 }
 constexpr std::uint32_t kNumber = offsetof(seccomp_data, nr);
 constexpr std::uint32_t kArch = offsetof(seccomp_data, arch);
-/// The offset of an argument's low half: all of these processors are little-endian.
+/// Returns the offset of an argument's low half: all of these processors are little-endian.
 constexpr std::uint32_t argument(std::size_t index) {
   return std::uint32_t(offsetof(seccomp_data, args) + index * sizeof(std::uint64_t));
 }

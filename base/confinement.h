@@ -30,8 +30,8 @@ class Confinement {
 
   [[nodiscard]] Kind kind() const { return kind_; }
 
-  /// Makes the ruleset for enter(): a Landlock ruleset that allows writing below `writable` (a folder; empty: nowhere).
-  /// For every other kind the descriptor is invalid.
+  /// Makes the ruleset for enter() of kind Landlock, which allows writing below `writable` (a folder; empty: nowhere).
+  /// The descriptor is invalid for every other kind.
   /// @throws std::system_error
   [[nodiscard]] UniqueFd ruleset(const std::string& writable) const;
 
@@ -45,7 +45,7 @@ class Confinement {
   Kind kind_;
 };
 
-/// The version of the kernel's Landlock interface; 0: Landlock is missing or not enabled.
+/// Returns the version of the kernel's Landlock interface; 0: Landlock is missing or not enabled.
 int landlock_version();
 
 }  // namespace twocone::base

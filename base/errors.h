@@ -28,7 +28,7 @@ using FormattedError = Formatted<std::runtime_error>;
 
 inline bool is_positive(double value) { return value > 0 && std::isfinite(value); }
 
-/// Collects complaints about the fields of a struct, or about arguments, so that one exception names all of them.
+/// Collects complaints about the fields of a struct, or about arguments. One exception then names all of them.
 class Complaints {
  public:
   template <typename... Args>
@@ -65,7 +65,7 @@ class Complaints {
     if (!(value >= 0 && value < 1)) add("{} is {}, must be >= 0 and < 1", name, value);
   }
   [[nodiscard]] bool empty() const { return text_.empty(); }
-  /// @throws std::invalid_argument, beginning with `what`, if there are complaints
+  /// Throws the complaints, if there are any. @throws std::invalid_argument, beginning with `what`
   void raise(std::string_view what) const {
     if (!text_.empty()) throw InvalidArgument("{}:{}", what, text_);
   }

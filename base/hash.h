@@ -6,7 +6,7 @@
 
 namespace twocone::base {
 
-/// FNV-1a hash, 64 bits: the same on every machine, unlike std::hash.
+/// Returns the FNV-1a hash, 64 bits: the same on every machine, unlike std::hash.
 constexpr std::uint64_t fnv1a(std::string_view bytes) {
   std::uint64_t hash = 0xcbf29ce484222325;  // offset basis
   for (const char byte : bytes) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;

@@ -20,11 +20,11 @@ using spdlog::level::level_enum;
 using Sinks = spdlog::sinks::dist_sink_mt;
 using Memory = spdlog::sinks::ringbuffer_sink_mt;
 
-/// "2026-11-23T06:37:57.123+00:00 warning v4l2: ..."
+/// The form of a line: "2026-11-23T06:37:57.123+00:00 warning v4l2: ..."
 constexpr const char* kPattern = "%Y-%m-%dT%H:%M:%S.%e%z %l %n: %v";
 constexpr std::size_t kMostKept = 1000;
 constexpr std::chrono::seconds kBetweenEqual{1};
-/// After this many different messages, those before them are forgotten, and with them how often they were left out.
+/// After this many different messages, all of them are forgotten, and with them the numbers of those left out.
 constexpr std::size_t kMostCompared = 256;
 
 /// Passes equal messages on at most once per kBetweenEqual.

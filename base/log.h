@@ -14,8 +14,8 @@
 /// between fork and exec.
 ///
 /// Messages are kept in memory, the last 1000 of them, until a file takes them. An equal message of the same logger is
-/// written at most once per second, with the number of those that were left out. So a message that may come often must
-/// not contain a number that changes.
+/// written at most once per second, with the number of those that were left out. A message that may come often must
+/// therefore not contain a number that changes.
 namespace twocone::base {
 
 /// Least important first; a level includes all that follow. Nothing is logged at `trace` yet.
@@ -27,28 +27,28 @@ class Logger {
   /// @param name appears in each line, for example "v4l2"; the text must outlive the logger
   constexpr explicit Logger(const char* name) : name_(name) {}
 
-  /// Single steps.
+  /// Logs a single step.
   void debug(std::string_view message) const noexcept;
-  /// Changes of state that are in order.
+  /// Logs a change of state that is in order.
   void info(std::string_view message) const noexcept;
-  /// Failures that the program handles.
+  /// Logs a failure that the program handles.
   void warning(std::string_view message) const noexcept;
-  /// Failures that end what was to be done.
+  /// Logs a failure that ends what was to be done.
   void error(std::string_view message) const noexcept;
 
  private:
   const char* name_;
 };
 
-/// Shows the log on standard error, once. @param level one of kLogLevels: the least that is logged; without this call,
-/// `warning`
+/// Shows the log on standard error, once. @param level the lowest level that is logged, one of kLogLevels; without this
+/// call, `warning`
 void show_log(std::string_view level);
 
 /// Appends the kept messages and all later ones to a file, each at once. If it cannot be opened, they are still kept.
 void open_log(const std::filesystem::path& file) noexcept;
 
-/// Ends what open_log() began. Returns the kept messages that no one has seen, neither in a file nor on standard error,
-/// and forgets them.
+/// Ends what open_log() began. Returns and forgets the kept messages that were written neither to a file nor to
+/// standard error.
 std::vector<std::string> close_log();
 
 }  // namespace twocone::base

@@ -9,8 +9,8 @@
 
 namespace twocone::base {
 
-/// The quantile by nearest rank: the smallest of `values` such that at least `share` of them are not above it.
-/// `share` is in (0, 1]; `values` is not empty.
+/// Returns the quantile by nearest rank: the smallest of `values` such that at least `share` of them are not above it.
+/// Requires `share` in (0, 1] and `values` that are not empty.
 inline double quantile(std::vector<double> values, double share) {
   assert(!values.empty());
   const auto rank = std::size_t(std::ceil(share * double(values.size())));
@@ -19,7 +19,7 @@ inline double quantile(std::vector<double> values, double share) {
   return *place;
 }
 
-/// The middle value in order; the upper one of the two in the middle. `values` is not empty.
+/// Returns the median, which is the upper one of the two middle values of an even number. `values` is not empty.
 template <typename T>
 T median(std::vector<T> values) {
   assert(!values.empty());

@@ -29,7 +29,7 @@ class ScratchFolder {
   std::optional<StartedChild> janitor_;
 };
 
-/// The folders to try, in this order: XDG_RUNTIME_DIR if it is set, /dev/shm, /tmp.
+/// Returns the folders to try, in this order: XDG_RUNTIME_DIR if it is set, /dev/shm, /tmp.
 std::vector<std::filesystem::path> scratch_roots();
 
 }  // namespace twocone::base

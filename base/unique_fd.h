@@ -24,16 +24,15 @@ class UniqueFd {
   int fd_ = -1;
 };
 
-/// @throws std::system_error with the present errno; `what` names the call or the file
+/// Throws the present errno. @throws std::system_error; `what` names the call or the file
 [[noreturn]] void throw_errno(const char* what);
 
-/// A pipe. No program that is started inherits its ends, and neither end is a standard stream, even if those are
-/// closed.
+/// A pipe. A started program does not inherit its ends, and neither end is a standard stream, even if those are closed.
 struct Pipe {
   UniqueFd read;
   UniqueFd write;
 };
-/// @throws std::system_error
+/// Makes a pipe. @throws std::system_error
 Pipe make_pipe();
 
 /// Returns a duplicate with the properties of a pipe's ends. @throws std::system_error

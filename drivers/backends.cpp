@@ -47,7 +47,7 @@ std::vector<std::string> v4l2_nodes(std::vector<std::string> names) {
   return names;
 }
 
-/// For each name the id of the one camera of that model, else the name itself. Lists the cameras once.
+/// Returns for each name the id of the one camera of that model, else the name itself. Lists the cameras once.
 std::vector<std::string> libcamera_ids(std::vector<std::string> names) {
   const auto cameras = libcamera_camera::list_cameras();
   if (!cameras) return names;
@@ -58,14 +58,14 @@ std::vector<std::string> libcamera_ids(std::vector<std::string> names) {
   return names;
 }
 
-/// All that the program knows of one driver. Only this table names every driver.
+/// Everything that the program needs to know about one driver. Only this table names every driver.
 struct Row {
   Backend backend;
   OpenedCamera (*open_camera)(Shared&, const char* view, const CameraPart&) = nullptr;
   OpenedDrive (*open_drive)(Shared&, const DrivePart&) = nullptr;
   void (*check_camera)(const CameraDevice&) = nullptr;  ///< throws std::invalid_argument
   Result<std::vector<DeviceInfo>> (*list)() = nullptr;  ///< this machine's devices
-  /// One id for each name; two names of one camera have equal ids.
+  /// Returns one id for each name; two names of one camera have equal ids.
   std::vector<std::string> (*device_ids)(std::vector<std::string> names) = nullptr;
 };
 
@@ -93,7 +93,7 @@ const std::array kRows{
         .list = []() -> Result<std::vector<DeviceInfo>> { return serial::list_ports(); }},
 };
 
-/// Null: there is no such driver.
+/// Returns the driver's row; null: there is no such driver.
 const Row* find_row(std::string_view driver) {
   const auto row = std::ranges::find(kRows, driver, [](const Row& each) { return each.backend.name; });
   return row == kRows.end() ? nullptr : &*row;
@@ -110,7 +110,7 @@ struct Wanted {
 
 std::string other_part(const OtherCamera& camera) { return "cameras." + camera.name; }
 
-/// The parts in this order: lower, upper, drive, then the other cameras.
+/// Returns the parts in this order: lower, upper, drive, then the other cameras.
 std::vector<Wanted> parts_of(const RobotSettings& settings) {
   std::vector<Wanted> parts{{"cameras.lower", settings.lower.driver, &settings.lower},
                             {"cameras.upper", settings.upper.driver, &settings.upper},
@@ -119,7 +119,7 @@ std::vector<Wanted> parts_of(const RobotSettings& settings) {
   return parts;
 }
 
-/// The drivers for this kind of part that are in this build, or those that are not: "memory, sim_povray".
+/// Returns the drivers for this kind of part that are in this build, or those that are not: "memory, sim_povray".
 std::string drivers_for(const Wanted& wanted, bool available = true) {
   std::vector<std::string_view> names;
   for (const Backend& backend : backends()) {
@@ -148,7 +148,7 @@ Result<const Row*> find_row(const Wanted& wanted) {
 
 bool is_simulated(const Wanted& wanted) { return wanted.driver == kSimPovray; }
 
-/// Checks that there is a driver for every part, and that all can be combined.
+/// Checks that every part has a driver, and that the drivers can be combined.
 Status check_drivers(const RobotSettings& settings) {
   const auto parts = parts_of(settings);
   for (const Wanted& part : parts) {
@@ -166,7 +166,7 @@ Status check_drivers(const RobotSettings& settings) {
   return {};
 }
 
-/// Adds what `checked` complains about to `bad`.
+/// Adds the complaints of `checked` to `bad`.
 template <typename Check>
 void collect(std::string& bad, const std::string& part, Check checked) {
   try {

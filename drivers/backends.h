@@ -25,10 +25,10 @@ inline constexpr std::string_view kMemory = "memory";
 inline constexpr std::string_view kSimPovray = "sim_povray";
 inline constexpr std::string_view kSerialDiffDrive = "serial_diffdrive";
 
-/// One row of the table of drivers. The table also lists drivers that are known but not in this build, so that a
-/// message about a robot file that names one can report what is missing.
+/// One row of the table of drivers. The table also lists known drivers that are not in this build, so that a message
+/// about a robot file that names one can report what is missing.
 struct Backend {
-  /// What a robot file may state of a part of this driver, beside what is common to all parts.
+  /// The settings that a robot file may have for a part of this driver, besides those of all parts.
   enum class Keys {
     kNone,
     kCamera,              ///< device, format, controls: CameraDevice
@@ -45,9 +45,9 @@ struct Backend {
   [[nodiscard]] bool has_device() const { return keys != Keys::kNone; }
 };
 
-/// Every driver, in the order in which messages and `devices` list them.
+/// Returns every driver, in the order in which messages and `devices` list them.
 std::vector<Backend> backends();
-/// The driver of that name; null: there is none.
+/// Returns the driver of that name; null: there is none.
 const Backend* find_backend(std::string_view name);
 
 struct CameraPart {
@@ -93,7 +93,7 @@ struct RobotSettings {
   std::optional<SimulatedWorld> world;  ///< needed by sim_povray, unused by others
 };
 
-/// What list_devices() found.
+/// The result of list_devices().
 struct Devices {
   std::vector<DeviceInfo> found;
   /// Kinds of devices that could not be searched for, each with the reason.
@@ -107,7 +107,7 @@ Devices list_devices();
 Result<std::unique_ptr<Camera>> open_camera(const std::string& part, const CameraPart& camera);
 Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive);
 
-/// Checks that no two entries of the robot are the same camera, which the robot file may name in two ways. It looks at
+/// Checks that no two entries of the robot are the same camera, which the robot file may name in two ways. It examines
 /// this machine's devices. Error: kRefused, naming both entries.
 Status check_cameras_differ(const RobotSettings& settings);
 
@@ -122,7 +122,8 @@ void check(const RobotSettings& settings);
 /// one Simulation, with ground truth. Either all parts of a robot have this driver or none has.
 ///
 /// Errors: kNotFound (no such driver), kUnavailable (known, not in this build), kRefused (a driver for another kind of
-/// part; parts that cannot be combined; one camera for two entries), and those of Simulation::open and open_camera.
+/// part; parts that cannot be combined; one camera for two entries), and those of Simulation::open and attach, and of
+/// the drivers' own open_camera() and open_drive().
 /// @throws std::invalid_argument as check() does.
 Result<Robot> open_robot(const RobotSettings& settings);
 

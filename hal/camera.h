@@ -92,7 +92,7 @@ class Camera {
 /// Errors: kRefused and those of Camera::configure and Camera::start, with `name` before them.
 Status start_camera(const std::string& name, Camera& camera, const CameraSettings& wanted);
 
-/// The names, V4L2's, of the pixel formats of the drivers for real cameras, in the order in which they are tried.
+/// V4L2's names of the pixel formats that drivers for real cameras support, in the order in which they are tried.
 constexpr std::array<std::string_view, 7> kCameraFormats{"YUYV", "UYVY", "NV12", "RGB3", "BGR3", "MJPG", "GREY"};
 
 /// A real camera, and how it is to be used.

@@ -21,7 +21,7 @@ struct Timestamp {
   friend bool operator==(const Timestamp&, const Timestamp&) = default;
 };
 
-/// `later - earlier`. @throws std::invalid_argument if the two come from different clocks.
+/// Returns `later - earlier`. @throws std::invalid_argument if the two come from different clocks.
 inline std::chrono::nanoseconds operator-(const Timestamp& later, const Timestamp& earlier) {
   if (later.clock != earlier.clock) {
     throw std::invalid_argument("Timestamp: a simulated time and a steady-clock time cannot be compared");

@@ -45,10 +45,10 @@ struct DriveFacts {
 
 /// Two wheels on one axle.
 ///
-/// Every backend keeps the dead-man rule, which tests/drivers/diff_drive_conformance_test.cpp checks: when no
-/// set_speeds() was called for `command_timeout`, the wheels stop by themselves. They also stop on stop() and when the
-/// drive is destroyed. To write a backend, derive from this class, implement the three private virtual functions and
-/// the destructor, and add the backend to that suite.
+/// Every backend keeps the dead-man rule, which tests/drivers/diff_drive_conformance_test.cpp checks: if set_speeds()
+/// was not called for `command_timeout`, the wheels stop by themselves. They also stop on stop() and when the drive is
+/// destroyed. To write a backend, derive from this class, implement the three private virtual functions and the
+/// destructor, and add the backend to that suite.
 class DiffDrive {
  public:
   /// A backend's own destructor must stop the wheels, because its do_stop() no longer exists here.
@@ -61,7 +61,7 @@ class DiffDrive {
   /// @throws std::invalid_argument for a speed that is not finite.
   Result<WheelSpeeds> set_speeds(const WheelSpeeds& wanted);
 
-  /// The newest angles. Errors: kTimeout, kDisconnected, kBadData.
+  /// Returns the newest angles. Errors: kTimeout, kDisconnected, kBadData.
   Result<WheelAngles> read_angles() { return do_read_angles(); }
 
   /// Stops the wheels now. An error means that the device did not get the command; the dead-man rule then stops them.

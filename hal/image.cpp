@@ -23,12 +23,12 @@ namespace {
 
 using Byte = std::uint8_t;
 
-/// `value` / 256, clamped to 0 ... 255.
+/// Returns `value` / 256, clamped to 0 ... 255.
 [[gnu::always_inline]] inline Byte clipped(int value) { return static_cast<Byte>(std::clamp(value >> 8, 0, 255)); }
 
-/// The luma of pixel i is light[kStep * i]; the chroma of pair i is u[2 * kStep * i] and v[2 * kStep * i]. One loop
-/// computes the channels and a second one interleaves them: a compiler vectorises each of these, but no loop that does
-/// both.
+/// Converts rows. The luma of pixel i is light[kStep * i]; the chroma of pair i is u[2 * kStep * i] and v[2 * kStep *
+/// i]. One loop computes the channels and a second one interleaves them, because a compiler vectorises each of these,
+/// but no loop that does both.
 template <std::size_t kStep>
 [[gnu::always_inline]] inline void from_yuv(const Byte* light, const Byte* u, const Byte* v, std::size_t pairs,
                                             Byte* to) {
@@ -93,7 +93,7 @@ Error bad_jpeg(const Image& image, const std::string& why) {
                image.bytes.size(), why);
 }
 
-/// @param rgb gets the pixels
+/// Decodes a JPEG image. @param rgb receives the pixels
 Status decode_jpeg(const Image& image, std::uint8_t* rgb) {
   const std::unique_ptr<void, int (*)(tjhandle)> decoder(tjInitDecompress(), tjDestroy);
   if (!decoder) return Error{ErrorCode::kUnavailable, "no memory for a JPEG decoder"};
@@ -114,7 +114,7 @@ Status decode_jpeg(const Image& image, std::uint8_t* rgb) {
 }
 
 /// Converts the pixels of an image that is not kRgb8 yet and whose bytes have the size of its format.
-/// @param rgb gets the pixels
+/// @param rgb receives the pixels
 Status convert(const Image& image, std::uint8_t* rgb) {
   const auto width = std::size_t(image.width_px);
   const auto height = std::size_t(image.height_px);

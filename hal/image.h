@@ -85,8 +85,8 @@ enum class PixelFormat {
 
 std::string_view to_string(PixelFormat format);
 
-/// The number of bytes of a whole image. Nothing if it depends on the content (kMjpeg), or if the format cannot have
-/// this size.
+/// Returns the number of bytes of a whole image; nothing if it depends on the content (kMjpeg), or if the format cannot
+/// have this size.
 std::optional<std::size_t> image_bytes(PixelFormat format, int width_px, int height_px);
 
 /// Pixels of one image, rows from the top, no padding between rows. Point (0, 0) is the centre of the first pixel.
@@ -106,13 +106,13 @@ struct Image {
 /// truncated, damaged, or of another size.
 Result<Image> to_rgb8(const Image& image);
 
-/// The pixels, which many may read, or the reason why there are none.
+/// The pixels, which may have several readers, or the reason why there are none.
 using ImageResult = Result<std::shared_ptr<const Image>>;
 
-/// Returns a future that holds the image, or the error, already.
+/// Returns a future that already holds the image or the error.
 std::shared_future<ImageResult> ready_image(ImageResult image);
 
-/// One image of one camera. Cheap to copy: copies share the pixels.
+/// One image of one camera. A copy is cheap, because copies share the pixels.
 ///
 /// The pixels may arrive after the frame: a simulation renders in the background. On hardware they are already present.
 class Frame {

@@ -26,7 +26,7 @@ enum class ErrorCode {
   kRefused,       ///< the device or its program refused the request; the message holds the reason
 };
 
-/// The code's name without its `k`, for messages and tables: "Timeout".
+/// Returns the code's name without its `k`, for messages and tables: "Timeout".
 inline std::string_view to_string(ErrorCode code) {
   constexpr std::array<std::string_view, 8> kNames{"NotFound",     "Unavailable", "InvalidState", "Timeout",
                                                    "Disconnected", "BadData",     "Cancelled",    "Refused"};
@@ -62,7 +62,7 @@ class [[nodiscard]] Result {
   [[nodiscard]] bool has_value() const { return content_.index() == 0; }
   explicit operator bool() const { return has_value(); }
 
-  /// The value. A call on a result without a value is a bug of the caller.
+  /// Returns the value. A call on a result without a value is a bug of the caller.
   [[nodiscard]] const T& value() const& { return assert(has_value()), std::get<0>(content_); }
   [[nodiscard]] T& value() & { return assert(has_value()), std::get<0>(content_); }
   [[nodiscard]] T&& value() && { return assert(has_value()), std::move(std::get<0>(content_)); }

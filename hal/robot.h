@@ -32,14 +32,14 @@ struct NamedFrame {
 class GroundTruth {
  public:
   virtual ~GroundTruth() = default;
-  /// The true pose at the time of the newest frame.
+  /// Returns the true pose at the time of the newest frame.
   [[nodiscard]] virtual Pose2 true_pose() const = 0;
-  /// The name, for a person, of the object that the robot's body touches at that time: "wall", "landmark red". Empty:
-  /// none.
+  /// Returns the name, for a person, of the object that the robot's body touches at that time: "wall", "landmark red".
+  /// Empty: none.
   [[nodiscard]] virtual std::string contact() const { return {}; }
 };
 
-/// How the robot's time passes, as its drivers report it. A control loop takes its timeouts from this.
+/// The pace of the robot's time, as its drivers report it. A control loop takes its timeouts from this.
 struct RobotPace {
   /// The world is stopped between calls of next_frame(), however long the program takes: no image becomes outdated, and
   /// a part that fails does not recover by itself. True in simulation.
@@ -78,18 +78,18 @@ class Robot {
   /// Errors: those of StereoRig::grab; those of Camera::grab with the camera's name before them.
   Result<StereoFrame> next_frame(std::chrono::milliseconds timeout);
 
-  /// The other cameras' frames that belong to the newest pair, in the order of the constructor; empty before the first
-  /// pair.
+  /// Returns the other cameras' frames that belong to the newest pair, in the order of the constructor; empty before
+  /// the first pair.
   [[nodiscard]] const std::vector<NamedFrame>& other_frames() const { return other_frames_; }
 
-  /// The pace, with the frame_timeout that follows from the cameras' applied rates. These are known after start().
+  /// Returns the pace; its frame_timeout follows from the cameras' applied rates, which are known after start().
   [[nodiscard]] RobotPace pace() const;
   [[nodiscard]] DiffDrive& drive() { return *drive_; }
   [[nodiscard]] const StereoRig& cameras() const { return cameras_; }
 
-  /// The true pose at the newest frame; nothing on hardware.
+  /// Returns the true pose at the newest frame; nothing on hardware.
   [[nodiscard]] std::optional<Pose2> true_pose() const;
-  /// The object that the robot's body touched at the newest frame; empty if none, and on hardware.
+  /// Returns the object that the robot's body touched at the newest frame; empty if none, and on hardware.
   [[nodiscard]] std::string contact() const;
 
   /// Stops the wheels first, then the cameras.

@@ -118,8 +118,8 @@ nanoseconds StereoRig::waiting_skew() const {
   return upper_.waiting->header().captured - lower_.waiting->header().captured;
 }
 
-/// Replaces the older frame by the next one of the same camera if that is nearer in time to the newer frame. The next
-/// frame is due within a period, so there is no longer wait for a camera that is slower than the rate it reports.
+/// Replaces the older frame by the next one of the same camera if that is nearer in time to the newer frame. It waits
+/// at most one period, within which the next frame is due, even if a camera is slower than the rate it reports.
 Status StereoRig::find_nearer(SteadyTime deadline) {
   const nanoseconds skew = waiting_skew();
   Eye& older = skew.count() > 0 ? lower_ : upper_;

@@ -14,7 +14,7 @@ struct StereoFrame {
   Frame lower;
   Frame upper;
 
-  /// Time from the lower exposure to the upper one; 0 in simulation.
+  /// Returns the time from the lower exposure to the upper one; 0 in simulation.
   [[nodiscard]] std::chrono::nanoseconds skew() const { return upper.header().captured - lower.header().captured; }
 };
 
@@ -36,7 +36,7 @@ class StereoRig {
   /// @throws std::invalid_argument for a missing camera or a negative skew
   StereoRig(std::unique_ptr<Camera> lower, std::unique_ptr<Camera> upper, std::chrono::nanoseconds max_skew);
 
-  /// Errors: those of Camera::configure and Camera::start, with the view's name before them.
+  /// Starts both cameras. Errors: those of Camera::configure and Camera::start, with the view's name before them.
   Status start(const CameraSettings& lower, const CameraSettings& upper);
 
   /// Returns the next pair within the skew limit. A frame without a partner is dropped (and counted) in favour of a
@@ -50,9 +50,9 @@ class StereoRig {
 
   [[nodiscard]] const Camera& lower() const { return *lower_.camera; }
   [[nodiscard]] const Camera& upper() const { return *upper_.camera; }
-  /// Frames dropped so far because they had no partner.
+  /// Returns the number of frames dropped so far because they had no partner.
   [[nodiscard]] std::uint64_t unpaired() const { return unpaired_; }
-  /// The number of times that a lost camera was started again.
+  /// Returns the number of times that a lost camera was started again.
   [[nodiscard]] std::uint64_t recoveries() const { return recoveries_; }
 
  private:

@@ -26,7 +26,7 @@ constexpr unsigned kBuffers = 6;
 constexpr double kSilentPeriods = 10;
 constexpr milliseconds kLeastSilence{500};
 constexpr double kStalePeriods = 2;
-// A camera that sent nothing for this many periods is checked for presence before it is stopped.
+// A camera that sent nothing for this many periods is checked for its presence before it is stopped.
 constexpr double kDoubtfulPeriods = 3;
 constexpr std::chrono::seconds kSameClock{10};
 
@@ -176,7 +176,7 @@ class LibcameraCamera final : public Camera {
                  fmt::join(formats_of(*device_->camera()), ", "));
   }
 
-  /// The reason why no frame came within `limit`.
+  /// Returns the reason why no frame came within `limit`.
   [[nodiscard]] Error why_none(milliseconds limit) const {
     if (device_->is_gone()) return Error(ErrorCode::kDisconnected, "{} is disconnected", id_);
     const milliseconds silence = silence_limit();
@@ -190,8 +190,8 @@ class LibcameraCamera final : public Camera {
     return Error(ErrorCode::kTimeout, "{}: no frame for {} ms", id_, silence.count());
   }
 
-  /// The time at which the frame began to arrive: the sensor's time if libcamera reports it, which is before any
-  /// processing of the image.
+  /// Returns the time at which the frame began to arrive: the sensor's time if libcamera reports it, which is before
+  /// any processing of the image.
   [[nodiscard]] static std::optional<nanoseconds> time_of(const Newest& newest) {
     const auto sensor = newest.request->metadata().get(lc::controls::SensorTimestamp);
     return on_steady_clock(nanoseconds(sensor.value_or(std::int64_t(newest.buffer->metadata().timestamp))));

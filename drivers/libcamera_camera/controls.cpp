@@ -19,7 +19,7 @@ Number first_of(const lc::ControlValue& value) {
   return number;
 }
 
-/// The number that a value holds, or the first of several; nothing if it holds none.
+/// Returns the number that a value holds, or the first of several; nothing if it holds none.
 std::optional<double> number_of(const lc::ControlValue& value) {
   if (value.numElements() == 0) return std::nullopt;
   switch (value.type()) {

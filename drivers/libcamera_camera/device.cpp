@@ -247,10 +247,10 @@ std::shared_ptr<const void> Stream::lend(const Newest& newest) {
           }};
 }
 
-/// The caller holds the lock. libcamera's queueRequest() only stores the request; its own thread processes it.
+/// Queues a request. The caller holds the lock: queueRequest() only stores the request for libcamera's thread.
 void Stream::queue(lc::Request* request) {
   request->reuse(lc::Request::ReuseBuffers);
-  // A request that is not accepted is one fewer. If the camera is gone, a signal of libcamera reports it.
+  // A request that is not accepted is not counted. If the camera is gone, a signal of libcamera reports it.
   if (device_->camera()->queueRequest(request) == 0) ++shared_->queued;
 }
 

@@ -90,7 +90,7 @@ struct SharedState {
   std::chrono::steady_clock::time_point last{};  ///< time of the last completed request
 };
 
-/// The one running manager, shared by all users: libcamera allows no second one in a program. Errors: kUnavailable.
+/// Returns the running manager, which all users share: libcamera allows only one in a program. Errors: kUnavailable.
 Result<std::shared_ptr<lc::CameraManager>> use_manager();
 
 /// A camera that this program has acquired.
@@ -99,7 +99,7 @@ class Device {
   /// @param name id or model
   /// Errors: kNotFound, kRefused, kDisconnected, kUnavailable.
   static Result<std::shared_ptr<Device>> open(const std::string& name);
-  /// The stream must be stopped before.
+  /// Requires that the stream is stopped.
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -119,7 +119,7 @@ class Device {
   const std::shared_ptr<SharedState> shared_ = std::make_shared<SharedState>();
 };
 
-/// The formats of kCameraFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
+/// Returns the formats of kCameraFormats that the camera has, each with its largest size: "NV12 up to 1920x1080".
 std::vector<std::string> formats_of(lc::Camera& camera);
 
 /// The controls with which a stream starts.
@@ -130,7 +130,7 @@ struct ChosenControls {
   std::optional<double> rate_hz;  ///< if the camera has a control for it
 };
 
-/// Errors: kRefused, naming the existing controls.
+/// Chooses the controls of a stream. Errors: kRefused, naming the existing controls.
 Result<ChosenControls> choose_controls(const lc::Camera& camera, const LibcameraSettings& settings, double rate_hz);
 
 /// Stores in `applied` the values that the camera used for a frame, if it reports them.
@@ -156,10 +156,11 @@ class Memory {
     std::span<const std::uint8_t> bytes;
   };
   [[nodiscard]] const std::vector<Plane>& planes() const { return planes_; }
-  /// All planes as one contiguous span; nothing if they do not follow each other.
+  /// Returns all planes as one contiguous span; nothing if they do not follow each other.
   [[nodiscard]] std::optional<std::span<const std::uint8_t>> whole() const;
 
-  /// Reading must happen between these calls, because a device may write past the processor's caches.
+  /// Mark the beginning and the end of reading. A device may write past the processor's caches, so reading requires
+  /// both.
   void begin_reading() const;
   void end_reading() const;
 
@@ -191,17 +192,17 @@ class Stream : public std::enable_shared_from_this<Stream> {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  /// Waits until `deadline`; nothing: no request was completed, or the camera is gone.
+  /// Waits until `deadline` and returns the newest request; nothing: none was completed, or the camera is gone.
   std::optional<Newest> take_newest(SteadyTime deadline);
   void give_back(lc::Request* request);
   /// Keeps the bytes valid as long as a copy of the result exists; then gives the request back.
   std::shared_ptr<const void> lend(const Newest& newest);
-  /// The number of requests that libcamera has to fill.
+  /// Returns the number of requests that libcamera has to fill.
   [[nodiscard]] std::size_t queued() const;
   /// Returns whether no request was completed for this time.
   [[nodiscard]] bool is_silent(std::chrono::nanoseconds time) const;
 
-  /// Must not be called if the device is gone: libcamera ends the program if requests do not come back.
+  /// Stops the stream. Requires that the device is present: libcamera ends the program if requests do not come back.
   void stop();
   /// Replaces stop() for a device that is gone: keeps the stream unchanged until the program ends.
   static void abandon(const std::shared_ptr<Stream>& stream);

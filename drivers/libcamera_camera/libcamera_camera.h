@@ -17,8 +17,8 @@
 /// the two folders above it (/usr/bin/twocone: /usr/lib/twocone), then in the installation's folder.
 namespace twocone::libcamera_camera {
 
-/// The reason why this build has no such cameras: it was made without libcamera, and opening returns kUnavailable.
-/// Empty: the build has the driver, if the module is found.
+/// Returns why this build has no such cameras: it was made without libcamera, and opening returns kUnavailable. Empty:
+/// the build has the driver, if the module is found.
 std::string_view why_not();
 
 /// The name is libcamera's id (as `cam -l` prints it), or the model's name, if only one camera has it. Without a
@@ -38,9 +38,9 @@ Result<std::vector<DeviceInfo>> list_cameras();
 /// camera, frames are copies instead. Capture times are libcamera's (SensorTimestamp if it is reported), on the steady
 /// clock: the time at which the frame began to arrive.
 ///
-/// facts() holds the controls as the camera reports them with its frames; if it does not, as they were set, within the
-/// limits that it reports. The rate is the nearest to the requested one within the camera's FrameDurationLimits, if it
-/// has them.
+/// facts() holds the controls as the camera reports them with its frames; without such a report, as they were set,
+/// within the camera's limits. The rate is the nearest to the requested one within the camera's FrameDurationLimits, if
+/// it has them.
 ///
 /// libcamera does not report that a camera stopped sending. Whatever its timeout, grab() waits at most ten frame
 /// periods, or half a second if that is longer. It then asks the camera for its formats: kTimeout if it answers,
@@ -49,7 +49,8 @@ Result<std::vector<DeviceInfo>> list_cameras();
 /// libcamera 0.0.3 ends the program when a camera that is gone is stopped. Such a stream is therefore abandoned: its
 /// buffers, and libcamera's thread that continues to poll the device, remain until the program ends.
 ///
-/// Errors: kNotFound, kRefused (another program has it), kUnavailable. @throws std::invalid_argument as check() does
+/// Errors: kNotFound, kRefused (another program has it; several cameras of that model), kUnavailable, kDisconnected.
+/// @throws std::invalid_argument as check() does
 Result<std::unique_ptr<Camera>> open_camera(const LibcameraSettings& settings);
 
 // ---- How the program and the module find each other.

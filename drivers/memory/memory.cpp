@@ -12,7 +12,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Azimuth of a pixel about the image's centre, radians; 0 at the centre itself.
+/// Returns the azimuth of a pixel about the image's centre, in radians; 0 at the centre itself.
 double azimuth_rad(const Image& image, int row, int column) {
   return std::atan2(row - 0.5 * (image.height_px - 1), column - 0.5 * (image.width_px - 1));
 }
@@ -26,7 +26,7 @@ std::uint8_t* pixel(Image& image, int row, int column) {
   return image.bytes.data() + 3 * (std::size_t(row) * std::size_t(image.width_px) + std::size_t(column));
 }
 
-/// The red, green or blue of a saturated hue: a trapezium over the colour circle, 0 opposite the channel's own hue.
+/// Returns the red, green or blue of a saturated hue: a trapezium over the hues, 0 opposite the channel's own hue.
 std::uint8_t channel_of_hue(double hue_rad, double channel_hue_rad) {
   const double apart = std::abs(std::remainder(hue_rad - channel_hue_rad, 2 * pi));
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(2 - apart * 3 / pi, 0.0, 1.0)));
@@ -73,7 +73,7 @@ std::chrono::nanoseconds MemoryCamera::since_start(std::uint64_t sequence) const
 std::uint64_t MemoryCamera::exposed() const {
   const auto running = clock_->now() - started_;
   auto count = static_cast<std::uint64_t>(std::chrono::duration<double>(running).count() * settings_.rate_hz);
-  // The product may be off by a rounding error in either direction, so it is corrected to agree with since_start().
+  // The product may be off by a rounding error in either direction. The correction makes it agree with since_start().
   while (since_start(count) <= running) ++count;
   while (count > 0 && since_start(count - 1) > running) --count;
   return count;

@@ -16,10 +16,10 @@ namespace twocone::memory {
 /// The number of places that the mark of the test pattern can have around the image.
 inline constexpr int kMarkPlaces = 60;
 
-/// A colour wheel: the hue is the azimuth atan2(row - centre, column - centre) about the image's centre, at full
-/// saturation. One ray is white, the mark. Its azimuth is 2 pi (sequence mod kMarkPlaces) / kMarkPlaces, like the hand
-/// of a watch, so that an image shows the number of its exposure. With 48 rows or more, all places are distinguishable
-/// (memory_test.cpp, MarkIdentifiesTheSequence). The format is kRgb8.
+/// Returns a colour wheel: the hue is the azimuth atan2(row - centre, column - centre) about the image's centre, at
+/// full saturation. One ray, the mark, is white. Its azimuth is 2 pi (sequence mod kMarkPlaces) / kMarkPlaces, like the
+/// hand of a watch, so that an image shows the number of its exposure. With 48 rows or more, all places are
+/// distinguishable (memory_test.cpp, MarkIdentifiesTheSequence). The format is kRgb8.
 Image test_pattern(std::uint64_t sequence, const CameraSettings& settings);
 
 /// Limits that MemoryCamera::configure applies. With these rates, the times of exposures are exact in whole nanoseconds
@@ -45,7 +45,7 @@ class MemoryCamera final : public Camera {
   void do_stop() noexcept override {}
 
   [[nodiscard]] std::chrono::nanoseconds since_start(std::uint64_t sequence) const;
-  /// The number of exposures so far in this stream.
+  /// Returns the number of exposures so far in this stream.
   [[nodiscard]] std::uint64_t exposed() const;
 
   std::shared_ptr<ManualClock> clock_;
@@ -69,13 +69,13 @@ class Wheels {
 
   void command(const WheelSpeeds& speeds);
 
-  /// The present speeds: 0 and 0 from exactly command_timeout after the last command.
+  /// Returns the present speeds: 0 and 0 from exactly command_timeout after the last command.
   [[nodiscard]] WheelSpeeds speeds() const;
 
-  /// The integral of speeds() so far, not rounded to encoder counts.
+  /// Returns the integral of speeds() so far, not rounded to encoder counts.
   [[nodiscard]] WheelAngles angles() const;
 
-  /// All commands that they received, oldest first.
+  /// Returns all commands that the wheels received, oldest first.
   [[nodiscard]] const std::vector<Command>& commands() const { return commands_; }
 
  private:

@@ -86,7 +86,7 @@ class Create2 final : public Protocol {
     }
     if (!is_awake()) {
       base::Logger("serial").warning("the robot left mode Safe; it is requested again");
-      // The robot left mode Safe by itself: a wheel drop, a cliff, the charger. It accepts Safe again after that.
+      // The robot left mode Safe by itself (a wheel drop, a cliff, the charger). It accepts Safe again after that.
       if (auto sent = send(transport, std::array{kSafe}); !sent) return sent;
       transport.pause(kModePause);
       if (auto seen = next_sensors(transport); !seen) return seen.error();
@@ -186,7 +186,7 @@ class Create2 final : public Protocol {
     return found;
   }
 
-  /// The robot answers no command; its stream shows that it is present and awake.
+  /// Reads the stream, which shows that the robot is present and awake. The robot answers no command.
   Status listen(Transport& transport) {
     std::array<std::uint8_t, 4096> room;
     const auto got = transport.read(room, transport.now());
@@ -196,7 +196,7 @@ class Create2 final : public Protocol {
     return next_sensors(transport);
   }
 
-  /// Discards old input: a port that was not read for long is full of old frames, and has no room for the newest.
+  /// Discards old input: a port that was not read for long is full of old frames, and has no space for the newest.
   Status forget_old(Transport& transport) {
     const Deadline before = std::exchange(looked_, transport.now());
     if (looked_ - before < kOld) return {};

@@ -11,26 +11,26 @@
 
 #include "drivers/serial_diffdrive/protocol.h"
 
-/// The protocols, and how their bytes are read and written.
+/// The protocols, and the format of their bytes.
 namespace twocone::serial {
 
 // ---- The ASCII protocol of ros_arduino_bridge (hbrobotics, joshnewans): a letter, arguments and CR; each is answered
 // by one line.
 
-/// The two counts in a reply to `e`, such as "855 -820"; nothing for any other text.
+/// Returns the two counts in a reply to `e`, such as "855 -820"; nothing for any other text.
 std::optional<RawCounts> parse_counts(std::string_view line);
 
 std::unique_ptr<Protocol> make_ros_arduino_bridge();
 
 // ---- RoboClaw's packet serial (Basicmicro, RoboClaw Series User Manual).
 
-/// CRC-16/XMODEM: polynomial 0x1021, initial value 0, no reflection.
+/// Returns the CRC-16/XMODEM: polynomial 0x1021, initial value 0, no reflection.
 std::uint16_t crc16(std::span<const std::uint8_t> bytes, std::uint16_t from = 0);
 
 /// Makes a write packet: address, command, data, CRC over all of them.
 std::vector<std::uint8_t> write_packet(std::uint8_t address, std::uint8_t command, std::span<const std::uint8_t> data);
 
-/// The data of a reply to a read packet; nothing if its CRC, which covers address, command and data, is wrong.
+/// Returns the data of a reply to a read packet; nothing if its CRC, which covers address, command and data, is wrong.
 std::optional<std::span<const std::uint8_t>> reply_data(std::uint8_t address, std::uint8_t command,
                                                         std::span<const std::uint8_t> reply);
 
@@ -55,7 +55,7 @@ class Create2Stream {
  public:
   /// Returns the sensors if the byte completes a frame of all four packets.
   std::optional<Create2Sensors> push(std::uint8_t byte);
-  /// The number of bytes so far that belonged to no frame.
+  /// Returns the number of bytes so far that belonged to no frame.
   [[nodiscard]] std::uint64_t rubbish() const { return rubbish_; }
 
  private:

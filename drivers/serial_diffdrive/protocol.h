@@ -34,8 +34,8 @@ class WheelCounter {
   /// @param bits 16 or 32
   explicit WheelCounter(int bits) : bits_(bits) {}
 
-  /// The counts of both wheels since the last reading, if the controller was not reset in between; zero for the first
-  /// reading after rebase().
+  /// Returns the counts of both wheels since the last reading, if the controller was not reset in between; zero for the
+  /// first reading after rebase().
   [[nodiscard]] WheelCounts step_to(const RawCounts& raw) const {
     if (!last_) return {};
     return {difference(raw.left, last_->left), difference(raw.right, last_->right)};
@@ -69,15 +69,15 @@ class Protocol {
  public:
   virtual ~Protocol() = default;
 
-  /// Baud rate if the robot file names none.
+  /// Returns the baud rate that is used if the robot file names none.
   [[nodiscard]] virtual int usual_baud() const = 0;
-  /// Width of the counters, which wrap: 16 or 32.
+  /// Returns the width of the counters, which wrap: 16 or 32.
   [[nodiscard]] virtual int counter_bits() const = 0;
-  /// Counts per turn of a wheel if the controller's model fixes them; otherwise the robot file gives them.
+  /// Returns the counts per turn of a wheel if the controller's model fixes them; if not, the robot file gives them.
   [[nodiscard]] virtual std::optional<double> fixed_counts_per_turn() const { return std::nullopt; }
 
-  /// The handshake with a controller whose port was just opened, or which was just reset: waits for it, sets its own
-  /// time-out if it has one and checks it. Returns its kind and version for a person.
+  /// Performs the handshake with a controller whose port was just opened, or which was just reset: waits for it, sets
+  /// its own time-out if it has one and checks it. Returns its kind and version for a person.
   /// Errors: kTimeout, kDisconnected, kBadData, kRefused.
   virtual Result<std::string> greet(Transport& transport, Deadline deadline) = 0;
   /// Returns whether the controller confirms each command.
@@ -87,19 +87,19 @@ class Protocol {
   /// Reads both counters. Errors: kTimeout, kDisconnected, kBadData.
   virtual Result<RawCounts> read_counts(Transport& transport) = 0;
 
-  /// The bytes that stop the wheels after any bytes sent before, even after a part of a packet. They are all that the
-  /// watchdog knows of the protocol.
+  /// Returns the bytes that stop the wheels after any bytes sent before, even after a part of a packet. The watchdog
+  /// uses nothing else of the protocol.
   [[nodiscard]] virtual std::vector<std::uint8_t> stop_bytes() const = 0;
   /// Reports that stop_bytes() were written `times` times outside of this class. The controller answers those too, so
   /// the next exchange first finds out where its own answers begin.
   virtual void note_stops(std::uint32_t times) = 0;
 
-  /// Counts per second below which no command turns a wheel, because the controller's unit is that coarse.
+  /// Returns the counts per second below which no command turns a wheel, because the controller's unit is that coarse.
   [[nodiscard]] virtual double least_command() const { return 0; }
-  /// The least counts per second at which its control loop turns a wheel with its default gains; 0: not known.
+  /// Returns the least counts per second at which its control loop turns a wheel with its default gains; 0: not known.
   [[nodiscard]] virtual double usual_least_rate() const { return 0; }
-  /// Time without a command after which the controller itself stops the wheels, valid after greet(); none: it never
-  /// does.
+  /// Returns the time without a command after which the controller itself stops the wheels, valid after greet(); none:
+  /// it never does.
   [[nodiscard]] virtual std::optional<std::chrono::milliseconds> own_timeout() const = 0;
 };
 

@@ -85,8 +85,8 @@ class Roboclaw final : public Protocol {
     return RawCounts{boost::endian::load_big_u32(data->data()), boost::endian::load_big_u32(data->data() + 4)};
   }
 
-  // Leading zeros could be taken as the end of a half-sent packet, so the stop packet is sent twice instead. The first
-  // copy may complete a half-sent packet, whose CRC is then wrong; the unit discards both.
+  // Leading zeros could be taken as the end of a half-sent packet, so the stop packet is sent twice instead. If the
+  // first copy completes a half-sent packet, that packet's CRC is wrong, and the unit discards both.
   [[nodiscard]] std::vector<std::uint8_t> stop_bytes() const override {
     std::vector<std::uint8_t> bytes = write_packet(address_, kDriveBoth, std::array<std::uint8_t, 8>{});
     const std::vector<std::uint8_t> once = bytes;
@@ -143,8 +143,8 @@ class Roboclaw final : public Protocol {
   }
 
   /// Synchronises with the unit's answers. After a failed exchange, and after stops that another process wrote, answers
-  /// may be in transit that look like those of any command. So this sends a question whose answer has a checksum over
-  /// the question, a different one than last time: all bytes before that answer are old.
+  /// may be in transit that look like those of any command. A question is therefore sent whose answer has a checksum
+  /// over the question, and which differs from the last one: all bytes before that answer are old.
   Status get_in_step(Transport& transport) {
     if (is_in_step_) return transport.discard_input();
     base::Logger("serial").warning("an answer is missing or wrong; synchronising again");

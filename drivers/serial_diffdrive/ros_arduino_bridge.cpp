@@ -36,7 +36,7 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-/// The number that is the whole text.
+/// Returns the number that is the whole text.
 std::optional<std::int32_t> parse_number(std::string_view text) {
   std::int32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -91,7 +91,7 @@ class RosArduinoBridge final : public Protocol {
   [[nodiscard]] double usual_least_rate() const override { return kUsualDeadBand / kInterval_s; }
 
  private:
-  /// Whole counts per interval. The remainder is carried into the next command, so that the mean is correct.
+  /// Returns whole counts per interval. The remainder is carried into the next command, so that the mean is correct.
   static int per_interval(double rate, double& carry) {
     if (rate == 0) return static_cast<int>(carry = 0);
     const double wanted = std::clamp(rate * kInterval_s, -kMostPerInterval, kMostPerInterval) + carry;
@@ -103,7 +103,7 @@ class RosArduinoBridge final : public Protocol {
   static bool is_done(std::string_view line) { return line == kDone; }
   static bool is_counts(std::string_view line) { return parse_counts(line).has_value(); }
 
-  /// Sends a command and reads its line; tries again if the line does not fit. Every command here may safely be sent
+  /// Sends a command and reads its line; tries again if the line does not fit. It is safe to send any command here
   /// twice.
   Result<std::string> ask(Transport& transport, const std::string& command, bool (*fits)(std::string_view)) {
     Status last;
@@ -131,10 +131,10 @@ class RosArduinoBridge final : public Protocol {
   }
 
   /// Synchronises with the controller's answers: afterwards, the next line answers the next command. Each CR is
-  /// answered by one line, in order, but lines get lost, and other processes write to the port too. So the number of
-  /// lines owed proves nothing. A request with a unique answer does: the baud rate, then several lines for a CR alone,
-  /// then the baud rate. The number of these lines differs from the last two such requests, whose answers may come
-  /// late. Two rates with only one such line between them are the end of one request and the beginning of the next.
+  /// answered by one line, in order, but lines get lost, and other processes write to the port too. The number of
+  /// outstanding lines therefore proves nothing. A request with a unique answer does: baud rate, several lines for a CR
+  /// alone, baud rate. The number of these lines differs from the last two such requests, whose answers may come late.
+  /// Two rates with only one such line between them are the end of one request and the beginning of the next.
   Status get_in_step(Transport& transport, Deadline deadline) {
     constexpr int kFewest = 2, kMost = 4;
     between_ = between_ >= kMost ? kFewest : between_ + 1;

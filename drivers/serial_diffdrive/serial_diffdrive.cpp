@@ -59,7 +59,7 @@ std::string quote(const MonitoredTransport& monitor) {
                      printable(line));
 }
 
-/// Without a watchdog, the controller itself must stop the wheels in time.
+/// Requires of a drive without a watchdog that the controller itself stops the wheels in time.
 void check_without_watchdog(const SerialDriveSettings& settings, const DriveLimits& limits) {
   if (settings.watchdog) return;
   const auto own =
@@ -226,7 +226,7 @@ class SerialDiffDrive final : public DiffDrive {
     return watchdog_ && watchdog_->stops_begun() != stops;
   }
 
-  /// Returns success if the drive is ready for a command. If not, makes one step towards reconnection.
+  /// Returns success if the drive is ready for a command. If not, makes one attempt towards reconnection.
   Status connected() {
     if (greeted_) return {};
     if (!transport_) {
@@ -268,8 +268,8 @@ class SerialDiffDrive final : public DiffDrive {
     return {error.code, error.message + "; a stop was sent after it"};
   }
 
-  /// The error for a command during which the program did not run for so long that the watchdog stopped the wheels. It
-  /// is not known whether the watchdog's stop or the command reached the controller first.
+  /// Returns the error for a command during which the program did not run for so long that the watchdog stopped the
+  /// wheels. It is not known whether the watchdog's stop or the command reached the controller first.
   Error held_up(SteadyTime::duration time) {
     const auto stopped = stop_wheels();
     return Error(ErrorCode::kTimeout,
@@ -322,7 +322,7 @@ class SerialDiffDrive final : public DiffDrive {
     lost_ = Error(ErrorCode::kDisconnected, "{} is disconnected; waiting for it", settings_.port);
   }
 
-  /// The port is still open, but the handshake with its controller must be repeated.
+  /// Requires a repeated handshake with the controller of a port that is still open.
   void greet_again(const std::string& why) {
     kLog.warning(fmt::format("{}: the controller {}; the handshake is repeated", settings_.port, why));
     forget();
@@ -368,7 +368,7 @@ class SerialDiffDrive final : public DiffDrive {
     return !read_at_ || is_possible(counter_.step_to(raw), now() - *read_at_);
   }
 
-  /// Reads again after a jump of the counts. A jump is a disturbed answer, unless it is read twice: then the board was
+  /// Reads again after a jump of the counts. A jump is a disturbed answer, unless it is read twice: the board was then
   /// reset.
   Result<RawCounts> ask_again(const RawCounts& first) {
     kLog.warning("the wheel counters jumped; they are read again");

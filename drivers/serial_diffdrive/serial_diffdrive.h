@@ -18,7 +18,7 @@
 /// Motor controllers on a serial port.
 namespace twocone::serial {
 
-/// The reason why this build has no serial ports: it was made without libserialport, and opening returns kUnavailable.
+/// Returns why this build has no serial ports: it was made without libserialport, and opening returns kUnavailable.
 /// Empty: the build has the driver.
 std::string_view why_not();
 
@@ -44,7 +44,7 @@ struct SerialDriveSettings {
 /// @throws std::invalid_argument naming every bad field
 void check(const SerialDriveSettings& settings);
 
-/// The least speed at which a wheel turns with these settings; slower commands are refused.
+/// Returns the least speed at which a wheel turns with these settings; slower commands are refused.
 /// @param settings must be valid by check()
 double least_speed_radps(const SerialDriveSettings& settings);
 
@@ -62,15 +62,15 @@ struct Machine {
 /// Opens a drive over a serial port: opens the port, finds the controller, sets its time-out and starts the watchdog.
 /// `WheelAngles::time` is the middle of the exchange (steady clock); the controller's own delay is not known.
 ///
-/// If the port is lost, each call tries to open it again by its path, at most four times a second. Until it is back and
-/// the handshake is repeated, calls return kDisconnected at once. Angles then continue from their last values. They do
-/// the same after a reset of the board, which one call reports as kDisconnected. The motion of the wheels meanwhile is
-/// not known.
+/// If the port is lost, each call tries to open it again by its path, at most four times a second. Until it is open and
+/// the handshake is repeated, calls return kDisconnected at once. Angles then continue from their last values. They
+/// also do so after a reset of the board, which one call reports as kDisconnected. The motion of the wheels meanwhile
+/// is not known.
 ///
-/// If a command that moves fails, a stop is sent: when the command may have been carried out, its error states that a
-/// stop was sent after it. set_speeds() has these errors besides DiffDrive's: kUnavailable (the watchdog is gone or
-/// halted; the wheels were stopped, and the next call drives with another watchdog); kRefused also for speeds that are
-/// not 0 and both below least_speed_radps(): the wheels would not turn, and are stopped.
+/// If a command that moves fails, a stop is sent, because the command may have been carried out. The error states that,
+/// unless it is kDisconnected. If the watchdog is gone or halted, a call stops the wheels and returns kUnavailable; the
+/// next call uses another watchdog. set_speeds() also returns kRefused for speeds that are not 0 and both below
+/// least_speed_radps(): the wheels would not turn, and are stopped.
 ///
 /// Errors: kNotFound, kRefused, kUnavailable, kTimeout (no answer: wrong protocol or rate, or no power), kBadData,
 /// kDisconnected. @throws std::invalid_argument as check() does, and for a drive without a watchdog whose controller's

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 // The watchdog of a program that was killed keeps the port for at most this time.
 constexpr std::chrono::milliseconds kWatchdogGoes{300};
 
-/// libserialport's last error in this thread.
+/// Returns libserialport's last error in this thread.
 std::string last_error() {
   char* text = sp_last_error_message();
   std::string copy(text != nullptr ? text : "unknown error");
@@ -59,7 +59,7 @@ std::string advice_for(int error) {
 
 std::string text_of(const char* text) { return text != nullptr ? printable(text) : ""; }
 
-/// The by-id link to `path`.
+/// Returns the by-id link to `path`.
 std::string stable_path_of(const fs::path& path) {
   std::error_code error;
   for (const auto& link : fs::directory_iterator("/dev/serial/by-id", error)) {

@@ -24,7 +24,7 @@ class Transport {
  public:
   virtual ~Transport() = default;
 
-  /// The present time of the clock of its deadlines. It is not the machine's clock if the other end is simulated.
+  /// Returns the present time of the deadlines' clock, which is not the machine's if the other end is simulated.
   [[nodiscard]] virtual Deadline now() const { return std::chrono::steady_clock::now(); }
   [[nodiscard]] Deadline in(std::chrono::milliseconds time) const { return now() + time; }
 
@@ -94,7 +94,7 @@ struct Connection {
 std::vector<DeviceInfo> list_ports();
 
 /// Opens a port that only this program uses (by TIOCEXCL, and by a lock that also excludes root's other programs). If
-/// it is busy, waits briefly for the watchdog of a program that just ended.
+/// the port is busy, the call waits briefly for the watchdog of a program that just ended.
 /// @param path of the port or of a link to it
 /// Errors: kNotFound (no such port), kRefused (another program has it, no permission, not a serial port, no such rate),
 /// kUnavailable.

@@ -39,9 +39,9 @@ constexpr int kPort = 3;
 constexpr int kPipe = 4;
 // Time for a new watchdog to become ready. On a machine that is not overloaded it needs a few milliseconds.
 constexpr int kPosted_ms = 5'000;
-// Time for the watchdog of a program that ends to end too.
+// Time within which the watchdog of an ending program should end.
 constexpr std::chrono::milliseconds kEnds{500};
-// Time between two looks at the page: a watchdog that is not suspended answers within some 50 us.
+// Time between two checks of the page: a watchdog that is not suspended answers within some 50 us.
 constexpr std::chrono::microseconds kNap{50};
 
 std::int64_t steady_ns() {
@@ -118,8 +118,8 @@ void ignore_signals() {
   base::Process::unblock_signals();
 }
 
-/// Keeps only the port and this end of the pipe. In particular, the program's end of the pipe must close with the
-/// program.
+/// Closes every descriptor except the port and this end of the pipe. In particular, the program's end of the pipe must
+/// close with the program.
 bool keep_only(int port, int pipe) {
   // Both are duplicated first, because either may have the number that the other will get.
   const int high_port = ::fcntl(port, F_DUPFD, 10);
@@ -135,7 +135,8 @@ bool keep_only(int port, int pipe) {
   ::setsid();
   ignore_signals();
   ::prctl(PR_SET_NAME, "twocone-watchdog");
-  // If it is allowed: on a busy machine an ordinary process in its own session was observed to wait for half a second.
+  // The system may refuse this. On a busy machine an ordinary process in its own session was observed to wait for half
+  // a second.
   const sched_param least{1};
   ::sched_setscheduler(0, SCHED_RR, &least);
   if (!keep_only(port, pipe) || ::chdir("/") != 0 || ::write(kPipe, &kReady, 1) != 1) ::_exit(1);
@@ -172,7 +173,7 @@ class WatchdogProcess final : public Watchdog {
   }
   void do_end(std::chrono::milliseconds patience) noexcept override {
     ::shutdown(pipe_.get(), SHUT_RDWR);  // the watchdog reads the end of the pipe
-    // One that does not end is halted, or blocked by a port that accepts no bytes.
+    // A watchdog that does not end is halted, or blocked by a port that accepts no bytes.
     if (!process_.wait(patience)) process_.kill();
   }
   [[nodiscard]] std::int64_t now_ns() const override { return steady_ns(); }
@@ -252,8 +253,8 @@ Status Watchdog::settle() {
 }
 
 Status Watchdog::wait_until_seen() {
-  // The watchdog had time already during the exchange with the controller. If that took all of it, or if the whole
-  // machine was suspended, the watchdog has an eighth of the time-out more.
+  // The watchdog has had time since the exchange with the controller began. If the exchange took all of it, or if the
+  // whole machine was suspended, the watchdog has an eighth of the time-out more.
   const std::int64_t limit_ns = std::max(set_at_ns_ + timeout_.count() / 2, now_ns() + timeout_.count() / 8);
   return wait_until([](const WatchdogState& state) { return state.deadlines_seen == state.deadlines_set; }, limit_ns);
 }

@@ -11,8 +11,8 @@
 #include "hal/result.h"
 
 /// The rule by which a second process, the watchdog, stops the wheels if the program cannot, and the communication of
-/// the two. Both sides are written without processes and clocks: start_watchdog_process() runs them in two processes, a
-/// test runs them in one simulated time.
+/// the two. Both sides are independent of processes and clocks: start_watchdog_process() runs them in two processes,
+/// and a test runs them in one simulated time.
 namespace twocone::serial {
 
 /// A page of memory that the program and its watchdog share. Each field has one writer, except `moves_until_ns`, which
@@ -79,8 +79,8 @@ class Watchdog {
   /// Waits until the watchdog has seen the last deadline. Errors: kUnavailable (it is gone, or did not run for half the
   /// time-out: a watchdog that is so late cannot keep the rule).
   Status wait_until_seen();
-  /// The numbers of stops that it has finished and has begun to write. No stop fell into an exchange with the
-  /// controller if stops_begun() after it equals stops_done() before it.
+  /// Return the numbers of stops that the watchdog has finished and has begun to write. No stop fell into an exchange
+  /// with the controller if stops_begun() after it equals stops_done() before it.
   [[nodiscard]] std::uint32_t stops_done() const { return state_->stops_done; }
   [[nodiscard]] std::uint32_t stops_begun() const { return state_->stops_begun; }
   /// Ends the watchdog at once, whatever it does. The numbers of its stops remain readable.
@@ -95,7 +95,7 @@ class Watchdog {
   [[nodiscard]] virtual std::int64_t now_ns() const = 0;
   /// Sleeps for a small part of a millisecond.
   virtual void nap() = 0;
-  /// The watchdog's name for messages: "process 4711".
+  /// Returns the watchdog's name for messages: "process 4711".
   [[nodiscard]] virtual std::string name() const = 0;
 
  private:

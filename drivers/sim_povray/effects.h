@@ -10,8 +10,8 @@
 #include "hal/camera.h"
 #include "hal/result.h"
 
-/// The table of all effects: what activates each, whether it is on and why, what it costs and how it is switched; and
-/// the check that what a scene does not use changes nothing.
+/// The table of all effects: what activates each, whether it is on and why, what it costs and how it is switched. Also
+/// a check that effects which a scene does not use change nothing.
 namespace twocone::sim_povray {
 
 struct EffectRow {
@@ -37,8 +37,8 @@ using KeyPlaces = std::map<std::string, std::string>;
 
 /// One view's image of the start, rendered in two ways. `everything`: POV-Ray's highest quality, reflections at least
 /// 20 deep, no effect switched off by the map, the whole image, and every camera stage applied at its neutral value.
-/// `choice`: as choose_rendering() decides, and limited to the mirror only where that changes nothing. Effects that a
-/// camera is asked for (noise, ...) would change both alike and are left out.
+/// `choice`: as choose_rendering() decides, and limited to the mirror only where that changes nothing. The effects that
+/// a camera's settings request (noise, ...) would change both alike and are left out.
 struct Verification {
   std::string view;
   int pixels = 0;           ///< compared pixels: those inside the mirror; all if none is found or all are rendered
@@ -54,7 +54,7 @@ struct Verification {
   /// off). No other difference should occur.
   bool is_asked_for = false;
 };
-/// Errors: as Simulation::open, and those of Povray::render.
+/// Renders each view in both ways and compares the images. Errors: as Simulation::open, and those of Povray::render.
 [[nodiscard]] Result<std::vector<Verification>> verify_effects(const PlaceSettings& place,
                                                                const SessionSettings& session,
                                                                const std::vector<ViewSettings>& views,

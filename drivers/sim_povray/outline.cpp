@@ -12,7 +12,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Fits into one text of a message (server/protocol.h).
+/// The limit of the text, which must fit into one message (server/protocol.h).
 constexpr std::size_t kMostBytes = 4000;
 
 std::string text_of(const FloorPoint& point) { return fmt::format("({:.3f}, {:.3f})", point.x_m, point.y_m); }

@@ -21,7 +21,7 @@ namespace {
 constexpr double kShell_m = 1e-4;
 /// Greatest brightness of a shell. It leaves room on the scale for a mirror that adds a highlight of its own.
 constexpr double kGlow = 0.8;
-/// A weaker reflection has too few levels left to encode a position.
+/// The least reflection that counts: a weaker one has too few levels to encode a position.
 constexpr double kLeastReflection = 0.01;
 constexpr double kDeepest = 65535;
 
@@ -155,7 +155,7 @@ Result<std::vector<TruePixel>> reflected_truth(const PlaceSettings& place, const
   if (!povray) return povray.error();
 
   const Extent extent = extent_of(landmarks);
-  // Rendered at the same time, each in a thread that lives until its process has ended.
+  // The images are rendered at the same time, each in a thread that lives until its process has ended.
   const auto render = [&](const std::string& pigment) {
     return std::async(std::launch::async, [&, text = seen + shells(landmarks, place.unit_m, pigment)] {
       return povray->render_deep(fmt::format("truth of view {}", view.camera), text, view.width_px, view.height_px);

@@ -10,8 +10,8 @@
 #include "drivers/sim_povray/place.h"
 #include "hal/result.h"
 
-/// The true content of a mirror's image, pixel by pixel, against which an answer of the vision can be judged. POV-Ray
-/// itself supplies it, so it holds for every mirror that the scene has, and it shares no formula with the vision.
+/// The true content of a mirror's image, pixel by pixel, for judging an answer of the vision. POV-Ray itself supplies
+/// it, so it holds for every mirror that the scene has, and it shares no formula with the vision.
 namespace twocone::sim_povray {
 
 /// A named block of the scene, with the pose at which the scene shows it and its present pose: "robot", "robot.2",

@@ -26,7 +26,7 @@ struct SessionState {
 };
 
 /// One robot's connection to a world, which its cameras, its drive and its truth use. The world may be in this program
-/// or, over a link, in another one; both behave alike. One thread at a time.
+/// or, over a link, in another one; both behave alike. A session must be used by one thread at a time.
 ///
 /// The destructor leaves the world: the wheels stop, the robot stays where it is, and the world no longer waits for it.
 class RobotSession {
@@ -46,14 +46,14 @@ class RobotSession {
   /// or two), kDisconnected.
   virtual Result<ViewId> open_view(const ViewSettings& view) = 0;
   /// Sets the size of the view's images from now on, and starts the preparation for the first one. Does not wait.
-  /// Errors: kRefused (the world runs at another rate), kDisconnected.
+  /// Errors: kRefused (the world runs at another rate), kUnavailable (no thread is available), kDisconnected.
   virtual Status configure_view(ViewId view, const CameraSettings& settings) = 0;
   /// Releases the view's claim to a rate.
   virtual void release_view(ViewId view) noexcept = 0;
 
   /// Advances to the next step: the world steps once every robot in it has requested that. Errors: kTimeout (a robot
-  /// has not requested it, or too many images are unfinished; the message gives the robots or the number; nothing has
-  /// moved), kInvalidState (no view of the world has been configured), kDisconnected.
+  /// has not requested it, or too many images are unfinished; nothing has moved, and the message names the robots or
+  /// the number of steps), kInvalidState (no view of the world has been configured), kDisconnected.
   virtual Status step(SteadyTime deadline) = 0;
   /// Orders the view's image of the present step.
   virtual std::shared_future<ImageResult> image(ViewId view) = 0;
@@ -62,7 +62,7 @@ class RobotSession {
   virtual Status command(const WheelSpeeds& speeds) = 0;
   virtual Status halt() noexcept = 0;
 
-  /// Whether another robot has requested the next step, and this one has not.
+  /// Returns whether another robot has requested the next step, and this one has not.
   [[nodiscard]] virtual bool is_waited_for() const { return false; }
 
  protected:

@@ -16,7 +16,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// For people: smooth edges.
+/// Images for people have smooth edges.
 constexpr int kAntialias = 3;
 
 double height_px(const OverheadView& view) {

@@ -11,7 +11,7 @@
 #include "hal/image.h"
 #include "hal/result.h"
 
-/// What POV-Ray shows of a scene without a run.
+/// Functions that show a scene without a run, by POV-Ray.
 namespace twocone::sim_povray {
 
 /// An image of the whole scene from straight above, for reports: an orthographic view of a world rectangle, with world
@@ -37,8 +37,8 @@ struct ShownCamera {
 };
 /// Returns the position of a camera of the robot that SessionSettings::name selects. POV-Ray evaluates the camera's
 /// statement without rendering an image. Ends early when stop is requested.
-/// Errors: as Simulation::open; kRefused, with the reason, if the statement cannot be evaluated (the camera is of
-/// another kind, takes its vectors from another camera, or its statement holds a directive).
+/// Errors: as Simulation::open and Povray::render; kRefused, with the reason, if the statement cannot be evaluated (the
+/// camera is of another kind, takes its vectors from another camera, or its statement holds a directive).
 Result<ShownCamera> shown_camera(const PlaceSettings& place, const std::string& robot_name,
                                  const std::string& camera_name, const std::stop_token& stop);
 

@@ -70,12 +70,12 @@ struct SessionSettings {
   std::string map_outline{};
   int run_ahead_frames = 6;  ///< steps whose images may be unfinished before a grab waits, >= 1
   /// Called from any thread after each image is rendered (several times for an image that is averaged from shutter
-  /// samples), before the frame is ready. Must neither block nor throw, and may be called after the robot has left. Not
-  /// called for the renderings that locate a mirror, for images of a world that another program serves, or where the
-  /// system does not report the use.
+  /// samples), before the frame is ready. The function must neither block nor throw, and may be called after the robot
+  /// has left. It is not called for the renderings that locate a mirror, for images of a world that another program
+  /// serves, or where the system does not report the use.
   std::function<void(const RenderedImage&)> rendered{};
   /// Returns the finished image that a camera (by ViewSettings::camera_name) took at a step of an equal world before.
-  /// The camera then hands out this image and renders none. Null: there is none. Called by grab().
+  /// The camera then returns this image and renders none. Null: there is no such image. Called by grab().
   std::function<std::shared_ptr<const Image>(const std::string& camera, std::uint64_t step)> stored{};
 };
 

@@ -60,7 +60,7 @@ class SimCamera final : public Camera {
   }
 
   Status do_start() override {
-    // Configures again, because stopping released the rate: the pair may have been set to another one since.
+    // The view is configured again, because stopping released the rate, and the pair may have another rate since.
     if (auto configured = shared_->session->configure_view(view_, settings_); !configured) return configured;
     // Steps that passed while this camera was off do not count as lost: it was not capturing.
     next_ = unseen_ = std::max(next_, shared_->session->state().step);

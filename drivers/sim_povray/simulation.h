@@ -22,12 +22,12 @@ class SimulationHost;
 
 /// One robot in one world, which the robot's cameras step in lock-step. A grab returns the image of the world's present
 /// step if that camera has not returned it yet; otherwise it first advances the world by one frame period. Two cameras
-/// that are grabbed in turn therefore see the same step. The drive and the truth never advance the world. One thread at
-/// a time.
+/// that are grabbed in turn therefore see the same step. The drive and the truth never advance the world. A simulation
+/// must be used by one thread at a time.
 ///
 /// Step 0, at time 0, is the start; a frame's sequence number is the number of its step. Camera::grab fails with
 /// kTimeout, and nothing moves, if `run_ahead_frames` steps are still unfinished at its deadline. Cameras, drives and
-/// truths may outlive the simulation that opened them; when the last of these objects is destroyed, unfinished images
+/// truths may outlive the simulation that opened them. When the last of these objects is destroyed, unfinished images
 /// end as kDisconnected.
 class Simulation {
  public:
@@ -35,8 +35,9 @@ class Simulation {
   /// read again; the files that it includes are read for every image. Errors that only POV-Ray finds in the scene are
   /// reported with the first image: `FILE:LINE: POV-Ray: ...`
   ///
-  /// Errors: kNotFound (no such scene), kUnavailable (no POV-Ray), kRefused (the scene: file, line, column and the name
-  /// that was searched for; or the robot touches something at its initial pose).
+  /// Errors: kNotFound (no such scene, or no such folder of scene_paths), kUnavailable (no POV-Ray, or physics in a
+  /// build without it), kRefused (the scene: file, line, column and the name that was searched for; or those of
+  /// SimulationHost::join).
   ///
   /// @throws std::invalid_argument naming every bad field
   static Result<std::unique_ptr<Simulation>> open(const PlaceSettings& place, const SessionSettings& session);
@@ -46,15 +47,16 @@ class Simulation {
   static Result<std::unique_ptr<Simulation>> join(SimulationHost& host, const SessionSettings& session);
 
   /// Joins a world that `serve_world` runs under `name`, on this machine and of this user.
-  /// Errors: kNotFound (no program serves it), kRefused (another version, another user, the robot is taken), kTimeout,
-  /// kDisconnected. @throws std::invalid_argument as above
+  /// Errors: kNotFound (no program serves it), kRefused (another version, another user, and those of
+  /// SimulationHost::join), kTimeout, kDisconnected, kUnavailable, kBadData (it is not this program).
+  /// @throws std::invalid_argument as above
   static Result<std::unique_ptr<Simulation>> attach(const std::string& name, const SessionSettings& session);
 
   /// Opens a camera of the scene that is mounted on the robot. All cameras of a world must be configured with one rate:
   /// configure() and start() return kRefused if another camera, configured or streaming, holds a different rate. A
   /// stopped camera holds none.
   ///
-  /// Errors: kRefused (no such camera in the scene, or two).
+  /// Errors: kRefused (no such camera in the scene, or two), kDisconnected.
   ///
   /// @throws std::invalid_argument naming every bad field of `view`
   Result<std::unique_ptr<Camera>> open_camera(const ViewSettings& view);

@@ -180,7 +180,7 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
                                               : std::make_shared<FutureViewTemplate>(make());
   }
 
-  /// Whether images may leave out the pixels outside the mirror.
+  /// Returns whether images may leave out the pixels outside the mirror.
   [[nodiscard]] bool looks_for_mirror() const {
     return povray_ && !place_.render.whole_image && choice_.why_whole.empty();
   }
@@ -432,7 +432,7 @@ Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings
   check(place);
   auto scene = Scene::read(place.scene);
   if (!scene) return scene.error();
-  // Checked before POV-Ray is searched for: a scene can be corrected without it.
+  // The scene is checked before the search for POV-Ray, because a scene can be corrected without it.
   auto stage = set_stage(place, *scene);
   if (!stage) return stage.error();
   auto povray = confined_povray(place, stage->choice.calls);

@@ -17,7 +17,7 @@ class RobotSession;
 class Scene;
 
 /// A simulated world with its images and its robots. Simulation::open uses a host alone, and a server shares one. Both
-/// run the same code and therefore get the same bytes. Any thread.
+/// run the same code and therefore get the same bytes. A host may be used from any thread.
 ///
 /// Lock-step: the world steps once every session has requested it. When the last robot leaves, the world returns to
 /// time 0, so that the next run gets the same images as from a world of its own. The located mirrors and the POV-Ray
@@ -26,7 +26,7 @@ class SimulationHost {
  public:
   /// Errors: as Simulation::open. @throws std::invalid_argument naming every bad field
   static Result<std::shared_ptr<SimulationHost>> open(const PlaceSettings& place);
-  /// The same with images from `renderer`: does not search for POV-Ray, and renders whole images.
+  /// Opens a world whose images `renderer` makes: does not search for POV-Ray, and renders whole images.
   static Result<std::shared_ptr<SimulationHost>> open(const PlaceSettings& place, const Scene& scene,
                                                       std::unique_ptr<Renderer> renderer);
 
@@ -34,15 +34,17 @@ class SimulationHost {
   SimulationHost(const SimulationHost&) = delete;
   SimulationHost& operator=(const SimulationHost&) = delete;
 
-  /// Lets a robot join. The session keeps its host alive. Errors: kRefused: the scene has no such robot; it is taken;
-  /// or it touches something at its initial pose. @throws std::invalid_argument naming every bad field
+  /// Lets a robot join. The session keeps its host alive. Errors: kRefused (the scene has no such robot, it is taken,
+  /// its map is not that of the world, or it touches something at its initial pose), kUnavailable (physics in a build
+  /// without it).
+  /// @throws std::invalid_argument naming every bad field
   virtual Result<std::unique_ptr<RobotSession>> join(const SessionSettings& settings) = 0;
 
   /// Returns an empty world to time 0 for the next episode of a sweep, whose robot gets the same images as from
-  /// Simulation::open. Errors: kRefused: the simulation, cameras, drive or truth of a robot still exist.
+  /// Simulation::open. Errors: kRefused (the simulation, cameras, drive or truth of a robot still exist).
   virtual Status reset() = 0;
 
-  /// Returns one line about how images are rendered, for the run's record: "POV-Ray processes are held between images".
+  /// Describes in one line how images are rendered, for the run's record: "POV-Ray processes are held between images".
   [[nodiscard]] virtual std::string rendering() const = 0;
 
  protected:

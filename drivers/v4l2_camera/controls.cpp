@@ -14,7 +14,7 @@
 namespace twocone::v4l2 {
 namespace {
 
-/// The control's name as v4l2-ctl prints it: "Exposure Time, Absolute" is exposure_time_absolute.
+/// Returns the control's name as v4l2-ctl prints it: "Exposure Time, Absolute" is exposure_time_absolute.
 std::string control_name(const std::string& title) {
   std::string name;
   for (const char c : title) {
@@ -62,7 +62,7 @@ bool is_number(const v4l2_query_ext_ctrl& control) {
   return !has_payload && std::ranges::find(kNumbers, control.type) != kNumbers.end();
 }
 
-/// The choices that the device has, such as "1 (Manual Mode)". A menu may have gaps.
+/// Returns the choices that the device has, such as "1 (Manual Mode)". A menu may have gaps.
 std::vector<std::string> choices(const Device& device, const v4l2_query_ext_ctrl& control, std::int64_t wanted,
                                  bool& has_wanted) {
   std::vector<std::string> all;
@@ -78,7 +78,7 @@ std::vector<std::string> choices(const Device& device, const v4l2_query_ext_ctrl
   return all;
 }
 
-/// The reason why the control cannot have the value now; empty: the device reports none.
+/// Returns the reason why the control cannot have the value now; empty: the device reports none.
 std::string objection(const Device& device, const v4l2_query_ext_ctrl& control, std::int64_t wanted) {
   if ((control.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0) return "can only be read";
   if (!is_number(control)) return "is not a number";

@@ -51,7 +51,7 @@ bool is_node(const std::string& path) {
          path.find_first_not_of("0123456789", kNode.size()) == std::string::npos;
 }
 
-/// The link that names the device wherever it is plugged in, or else the link that names its place.
+/// Returns the link that names the device wherever it is plugged in, or else the link that names its place.
 std::string stable_path_of(const std::string& path, Kernel& kernel) {
   for (const char* folder : {"/dev/v4l/by-id", "/dev/v4l/by-path"}) {
     auto links = kernel.entries(folder);

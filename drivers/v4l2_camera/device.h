@@ -37,9 +37,9 @@ class Kernel {
   /// Replaces a mapping by a private copy: same address and same bytes, but no memory of the device. On failure (-1 and
   /// errno) the mapping is unchanged.
   virtual int detach(void* memory, std::size_t length) = 0;
-  /// Full paths of the entries of a folder; none if the folder does not exist.
+  /// Returns the full paths of the entries of a folder; none if the folder does not exist.
   virtual std::vector<std::string> entries(const std::string& folder) = 0;
-  /// The final target of a link; `path` itself if it is not a link.
+  /// Returns the final target of a link; `path` itself if it is not a link.
   virtual std::string target(const std::string& path) = 0;
 };
 
@@ -49,7 +49,7 @@ struct Format {
   PixelFormat layout;
 };
 
-/// The text in a field of a kernel structure, which need not end with a zero byte.
+/// Returns the text in a field of a kernel structure, which need not end with a zero byte.
 template <typename Byte, std::size_t Size>
 std::string text_of(const Byte (&field)[Size]) {
   const auto* const text = reinterpret_cast<const char*>(field);
@@ -97,9 +97,9 @@ class Device {
   /// Sets a control by its name and returns the value that the device applied.
   /// Errors: kRefused (naming the existing controls or the allowed values), kDisconnected.
   [[nodiscard]] Result<Control> set(const Control& control) const;
-  /// The number of the input in use; 0 also if the device does not report it.
+  /// Returns the number of the input in use; 0 also if the device does not report it.
   [[nodiscard]] std::uint32_t input() const;
-  /// A description of the fault at the input; empty: the device reports none.
+  /// Describes the fault at the input; empty: the device reports none.
   [[nodiscard]] std::string input_trouble() const;
 
  private:
@@ -118,7 +118,7 @@ class Device {
   v4l2_capability capability_{};
 };
 
-/// The path of the device `name`, which is a path or the card's name.
+/// Returns the path of the device `name`, which is a path or the card's name.
 /// Errors: kNotFound, kRefused (several cards have that name).
 Result<std::string> find_device(const std::string& name, const std::shared_ptr<Kernel>& kernel);
 
@@ -152,7 +152,7 @@ class Stream : public std::enable_shared_from_this<Stream> {
   void give_back(std::uint32_t index);
   /// Keeps a buffer's bytes valid as long as a copy of the result exists; then gives the buffer back.
   std::shared_ptr<const void> lend(std::uint32_t index);
-  /// The number of buffers that the device has, to fill or filled and not yet taken.
+  /// Returns the number of buffers that the device has, either to fill or filled and not yet taken.
   [[nodiscard]] std::size_t queued() const;
 
   /// Returns true if the device's buffers are freed. Otherwise the device must be opened again before the next start.

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns false if nothing has come yet, a list ends, or the device does not have the call.
+/// Returns false if no data has arrived yet, a list ends, or the device does not have the call.
 bool is_failure(unsigned long request, int error) {
   return error != EAGAIN && error != EINVAL && error != ENOTTY && (request != VIDIOC_DQEVENT || error != ENOENT);
 }

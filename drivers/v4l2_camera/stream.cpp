@@ -11,7 +11,7 @@
 namespace twocone::v4l2 {
 namespace {
 
-// Two buffers for the device, two for the program that reads, two for late readers (latency_frames).
+// Two buffers are for the device, two for the program that reads, and two for late readers (latency_frames).
 constexpr std::uint32_t kBuffers = 6;
 constexpr std::uint32_t kLeastBuffers = 2;
 // A 32-bit difference of more than half the range is a step backwards.
@@ -91,8 +91,8 @@ void Stream::unmap(Buffer& buffer) {
   buffer.place = Place::kHere;
 }
 
-/// The number of the exposure; it continues when the device's 32-bit counter wraps. If the device does not count, or
-/// starts its count again, no loss is assumed.
+/// Returns the number of the exposure; it continues when the device's 32-bit counter wraps. If the device does not
+/// count, or starts its count again, no loss is assumed.
 std::uint64_t Stream::count(std::uint32_t sequence) {
   if (last_sequence_) {
     const std::uint32_t step = sequence - *last_sequence_;

@@ -137,7 +137,7 @@ class V4l2Camera final : public Camera {
     return error;
   }
 
-  /// A camera that was found before and cannot be found now is disconnected.
+  /// Reports a camera that was found before and cannot be found now as disconnected.
   static Error away(const Error& error) {
     return {error.code == ErrorCode::kNotFound ? ErrorCode::kDisconnected : error.code, error.message};
   }

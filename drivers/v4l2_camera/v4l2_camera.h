@@ -12,8 +12,8 @@
 /// Cameras of the kernel's Video4Linux2 interface, streamed through memory that device and program share.
 namespace twocone::v4l2 {
 
-/// The reason why this build has no such cameras: it was made without the kernel's headers for video devices, and
-/// opening returns kUnavailable. Empty: the build has the driver.
+/// Returns why this build has no such cameras: it was made without the kernel's headers for video devices, and opening
+/// returns kUnavailable. Empty: the build has the driver.
 std::string_view why_not();
 
 /// The name is a path (/dev/video0), a link to it (/dev/v4l/by-id/..., by-path/...), or the card's name, if only one
@@ -35,7 +35,8 @@ std::shared_ptr<Kernel> real_kernel();
 /// support.
 std::vector<DeviceInfo> list_cameras(const std::shared_ptr<Kernel>& kernel = real_kernel());
 
-/// The path, with all links resolved, of the device that V4l2Settings::name names; `device` itself if there is none.
+/// Returns the path, with all links resolved, of the device that V4l2Settings::name names; `device` itself if there is
+/// none.
 std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& kernel = real_kernel());
 
 /// Opens a camera. Its frames are in the camera's own format, and lent: a frame's buffer goes back to the device
@@ -46,15 +47,14 @@ std::string node_of(const std::string& device, const std::shared_ptr<Kernel>& ke
 /// at which the frame's first byte arrived, which is after the exposure. If a device's times are not of that clock, the
 /// capture time is the time at which the program took the frame.
 ///
-/// facts() holds the controls as read back from the device.
-///
-/// Frames that outlive stop(), an unplug or the camera keep their pixels, and do not keep the device open.
+/// facts() holds the controls as read back from the device. Frames that outlive stop(), an unplug or the camera keep
+/// their pixels, and do not keep the device open.
 ///
 /// A damaged frame is reported once (kBadData) and counts as lost; the stream continues. After kDisconnected, stop()
 /// and configure() search for the device again; while it is missing, configure() returns kDisconnected again. Whatever
 /// its timeout, grab() waits at most ten frame periods, or half a second if that is longer (three seconds for the first
-/// frame): a camera that sends nothing is reported (kTimeout). So is a camera whose source is cut off, although it
-/// still sends. When the source is back, grab() returns kDisconnected, because the image size may have changed.
+/// frame), and then returns kTimeout. So it does for a camera whose source is cut off, although that camera still
+/// sends. When the source is back, grab() returns kDisconnected, because the image size may have changed.
 ///
 /// Errors: kNotFound, kRefused (no permission; no camera; several cards of that name), kUnavailable.
 /// @throws std::invalid_argument as check() does

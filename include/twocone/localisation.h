@@ -11,7 +11,7 @@
 namespace twocone {
 inline namespace v0_1 {
 
-/// What was measured of one landmark at a known place.
+/// The measurement of one landmark at a known place. Angles are counter-clockwise from the body's x axis.
 struct LandmarkObservation {
   double x_m = 0, y_m = 0;            ///< the landmark's axis, world frame
   std::optional<double> range_m;      ///< horizontal distance from the body's origin, >= 0
@@ -20,9 +20,9 @@ struct LandmarkObservation {
   double sigma_bearing_rad = 0;       ///< > 0 where there is a bearing
 };
 
-/// The most likely pose (Gaussian measurements), with its covariance. Needs two landmarks with range and bearing, three
-/// bearings, or three ranges (which give no heading: then the pose is empty). Wrong measurements are found and left out
-/// where the others outvote them. Error growth and limits: docs/accuracy.md.
+/// Returns the most likely pose for Gaussian measurements, with its covariance. A pose requires two landmarks with
+/// range and bearing, one range and two bearings, or three bearings. Three ranges give no heading, so the pose is empty
+/// then. Measurements that the others outvote are found and left out. Error growth and limits: docs/accuracy.md.
 [[nodiscard]] PoseAnswer locate(std::span<const LandmarkObservation> observations);
 
 }  // namespace v0_1

@@ -12,7 +12,7 @@
 
 #include "twocone/types.h"
 
-/// A robot from its robot file, simulated or real, and where it is. Link twocone::twocone.
+/// Opens a robot, simulated or real, from its robot file, and localises it. Link twocone::twocone.
 ///
 ///     auto robot = twocone::open_robot("robots/lab_sim.yaml");
 ///     twocone::Localiser localiser(robot->description());
@@ -22,8 +22,8 @@
 ///       robot->set_velocity({.forward_mps = 0.2, .turn_radps = 0.1});
 ///     }
 ///
-/// Nothing here asks whether the robot is simulated. A simulated world advances by one frame period with each call of
-/// next_frame() and stands still otherwise. One thread at a time.
+/// No call depends on whether the robot is simulated. A simulated world advances by one frame period with each call of
+/// next_frame() and is stopped otherwise. A robot must be used by one thread at a time.
 namespace twocone {
 inline namespace v0_1 {
 
@@ -31,20 +31,20 @@ class ConnectedRobot;
 struct OpenOptions;
 Expected<ConnectedRobot> open_robot(const std::filesystem::path& robot_file, const OpenOptions& options);
 
-/// Robot file and map, as read and checked.
+/// The content of a robot file and its map, read and checked.
 class RobotDescription {
  public:
-  /// Also reads the map that the robot file names. @throws std::runtime_error naming file, line, key and what would be
-  /// right
+  /// Reads the robot file and the map that it names. @throws std::runtime_error naming file, line, key and the valid
+  /// values
   explicit RobotDescription(const std::filesystem::path& robot_file);
 
   struct Landmark {
     std::string name;
-    double x_m = 0, y_m = 0;  ///< of its axis, world frame
+    double x_m = 0, y_m = 0;  ///< of the axis, world frame
     double radius_m = 0, top_m = 0;
   };
   [[nodiscard]] std::vector<Landmark> landmarks() const;
-  /// The robot file's `waypoints_m`.
+  /// Returns the robot file's `waypoints_m`; their headings are 0.
   [[nodiscard]] std::vector<Pose> waypoints() const;
   [[nodiscard]] Pose start() const;
 
@@ -56,19 +56,19 @@ class RobotDescription {
   std::shared_ptr<const Impl> impl_;
 };
 
-/// One image of a frame: rows from the top, three bytes (red, green, blue) a pixel.
+/// One image of a frame: rows from the top, three bytes (red, green, blue) per pixel.
 struct ImageView {
   int width_px = 0, height_px = 0;
-  std::span<const std::uint8_t> rgb;  ///< valid as long as the frame
+  std::span<const std::uint8_t> rgb;  ///< valid as long as a copy of the frame exists
 };
 
-/// Both images of one moment, with what the wheels had turned by then. Cheap to copy.
+/// Both images of one moment, and the angles that the wheels had turned by then. A copy is cheap.
 class CapturedFrame {
  public:
   [[nodiscard]] std::uint64_t number() const;  ///< counts calls of next_frame(), from 0
-  [[nodiscard]] double t_s() const;            ///< when it was taken, from the first frame on
-  /// Wait for the pixels, which a simulation renders in the background. Failures: kTimeout, kDisconnected, kBadData,
-  /// kRefused (the scene: file, line and reason)
+  [[nodiscard]] double t_s() const;            ///< time of the lower image since that of the first frame
+  /// Waits for the pixels, which a simulation renders in the background, and returns them. Failures: kTimeout,
+  /// kDisconnected, kBadData, kUnavailable, kCancelled, kRefused (an error in the scene: file, line and reason).
   [[nodiscard]] Expected<ImageView> lower() const;
   [[nodiscard]] Expected<ImageView> upper() const;
 
@@ -86,13 +86,13 @@ struct Velocity {
 };
 
 struct OpenOptions {
-  std::uint64_t seed = 1;  ///< of everything random in a simulation
-  /// SIGINT and SIGTERM end the present call with kCancelled instead of ending the program.
+  std::uint64_t seed = 1;  ///< seed of all random processes of a simulation
+  /// SIGINT and SIGTERM do not end the program: next_frame() and waits for pixels then return kCancelled.
   bool stop_on_signals = false;
 };
 
-/// An opened robot. Its destructor stops the wheels first, then the cameras. However the program ends, the wheels stop
-/// within the robot file's command_timeout_s.
+/// An opened robot. Its destructor stops the wheels first, then the cameras. If the program ends in any other way, the
+/// wheels stop within the robot file's command_timeout_s.
 class ConnectedRobot {
  public:
   ConnectedRobot(ConnectedRobot&&) noexcept;
@@ -101,15 +101,17 @@ class ConnectedRobot {
 
   [[nodiscard]] const RobotDescription& description() const;
 
-  /// The next pair of images. Failures: kTimeout, kDisconnected, kBadData, kCancelled. After a failure the wheels are
-  /// stopped, and the call may be repeated: a device that comes back is opened again.
+  /// Returns the next pair of images. Failures: kTimeout, kDisconnected, kBadData, kUnavailable, kRefused, kCancelled,
+  /// kInvalidState (after stop()). A failure stops the wheels. The call may be repeated: a device that comes back is
+  /// reopened.
   Expected<CapturedFrame> next_frame(std::chrono::milliseconds timeout);
 
-  /// Commands both wheels; what exceeds the drive's limit is reduced, and what is applied comes back. To be repeated
-  /// within command_timeout_s, or the wheels stop. Failures: kDisconnected, kTimeout, kBadData
+  /// Commands both wheels and returns the applied velocity, which the drive's limit may reduce. The wheels stop unless
+  /// the call is repeated within command_timeout_s. Failures: kDisconnected, kTimeout, kBadData, kRefused,
+  /// kUnavailable.
   Expected<Velocity> set_velocity(const Velocity& velocity);
 
-  /// Where the robot really was at the newest frame: simulation only, for records and tests.
+  /// Returns the robot's true pose at the newest frame, for records and tests; empty on hardware.
   [[nodiscard]] std::optional<Pose> true_pose() const;
 
   /// Stops the wheels, then the cameras.
@@ -122,13 +124,14 @@ class ConnectedRobot {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Opens and starts what the robot file describes. Failures: kNotFound, kUnavailable, kRefused, kDisconnected.
-/// @throws std::runtime_error for a wrong file, naming file, line, key and what would be right
+/// Opens the robot that the robot file describes, and starts its cameras. Failures: kNotFound, kUnavailable, kRefused,
+/// kDisconnected, kTimeout, kBadData.
+/// @throws std::runtime_error for a wrong file, naming file, line, key and the valid values
 Expected<ConnectedRobot> open_robot(const std::filesystem::path& robot_file, const OpenOptions& options);
-/// The same with the default options.
+/// Opens the robot with the default options.
 Expected<ConnectedRobot> open_robot(const std::filesystem::path& robot_file);
 
-/// Why a range is given or withheld (docs/verdicts.md).
+/// The reason why a range is given or withheld (docs/verdicts.md).
 enum class RangeVerdict {
   kOk,
   kNotSeen,
@@ -144,7 +147,7 @@ enum class RangeVerdict {
   kImpossible,
 };
 
-/// What one frame shows of one landmark. Fields without an answer are empty.
+/// The measurement of one landmark from one frame. Fields without an answer are empty.
 struct RangeAnswer {
   std::string landmark;
   RangeVerdict verdict = RangeVerdict::kNotSeen;
@@ -152,16 +155,16 @@ struct RangeAnswer {
   std::optional<double> bearing_rad, sigma_bearing_rad;  ///< in the body frame, (-pi, pi]
 };
 
-/// What one frame says about the robot's surroundings and place.
+/// The answer of a Localiser to one frame.
 struct FrameReport {
-  std::vector<RangeAnswer> ranges;           ///< one a landmark, in the map's order
+  std::vector<RangeAnswer> ranges;           ///< one per landmark, in the map's order
   PoseAnswer fix;                            ///< from this frame alone
-  std::optional<Pose> track;                 ///< fixes and wheels together, once there was a fix
+  std::optional<Pose> track;                 ///< from fixes and wheels; empty before the first fix
   std::optional<PoseCovariance> covariance;  ///< of the track
-  Pose odometry;                             ///< the wheels alone, from the robot file's start on
+  Pose odometry;                             ///< from the wheels alone, since the robot file's start
 };
 
-/// Ranges, fix and track as the robot file's `estimator:` asks for.
+/// Computes ranges, fix and track as the robot file's `estimator:` specifies.
 class Localiser {
  public:
   /// @throws std::runtime_error for a rig or a map that the method cannot use
@@ -170,7 +173,7 @@ class Localiser {
   Localiser& operator=(Localiser&&) noexcept;
   ~Localiser();
 
-  /// Waits for the frame's images. Frames come in order. Failures: those of CapturedFrame::lower()
+  /// Waits for the frame's images and answers it. Frames must be in order. Failures: those of CapturedFrame::lower().
   Expected<FrameReport> update(const CapturedFrame& frame);
 
  private:

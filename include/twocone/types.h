@@ -8,22 +8,22 @@
 #include <utility>
 #include <variant>
 
-/// Types that the headers of twocone share. They need nothing but the standard library.
+/// Types that the headers of twocone share. They require only the standard library.
 ///
-/// Frames: the world is the map's frame, x and y in metres on the floor, headings counter-clockwise from x. The body
-/// frame has x forward and y to the left, its origin midway between the wheels, on the mirrors' axis.
+/// Frames: the world is the map's frame, with x and y in metres on the floor and headings counter-clockwise from x. The
+/// body frame has x forward and y to the left. Its origin is midway between the wheels, on the mirrors' axis.
 namespace twocone {
 inline namespace v0_1 {
 
-/// What the world did, in the few kinds that a caller can act on differently.
+/// Kinds of failure. There is one kind for each different way in which a caller can react.
 enum class FailureCode {
   kNotFound,      ///< no such device, file or driver: check the name
   kUnavailable,   ///< known, but not in this build or not on this machine: install it or plug it in
   kInvalidState,  ///< the call is not allowed now
-  kTimeout,       ///< nothing came before the deadline: trying again is safe
-  kDisconnected,  ///< the device or its program went away: open the robot again
-  kBadData,       ///< bytes came, but they are no image or reply
-  kCancelled,     ///< a signal asked for the end (OpenOptions::stop_on_signals)
+  kTimeout,       ///< nothing arrived before the deadline: it is safe to try again
+  kDisconnected,  ///< the device or its program is gone: open the robot again
+  kBadData,       ///< bytes arrived, but they are not an image or reply
+  kCancelled,     ///< a signal requested the end (OpenOptions::stop_on_signals)
   kRefused,       ///< the device or its program rejects the request, and the message says why
 };
 
@@ -37,7 +37,7 @@ struct Failure {
 template <typename T>
 class [[nodiscard]] Expected {
  public:
-  // Both convert silently on purpose: `return value;` and `return Failure{...};`.
+  // Both conversions are implicit on purpose, for `return value;` and `return Failure{...};`.
   Expected(T value) : content_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
   // NOLINTNEXTLINE(google-explicit-constructor)
   Expected(Failure failure) : content_(std::in_place_index<1>, std::move(failure)) {}
@@ -47,7 +47,7 @@ class [[nodiscard]] Expected {
   [[nodiscard]] T& operator*() { return check(), std::get<0>(content_); }
   const T* operator->() const { return &**this; }
   T* operator->() { return &**this; }
-  /// Only without a value.
+  /// Returns the failure. Requires a result without a value.
   [[nodiscard]] const Failure& error() const { return std::get<1>(content_); }
 
  private:
@@ -63,21 +63,21 @@ struct Pose {
   double heading_rad = 0;  ///< (-pi, pi]
 };
 
-/// 3 x 3, row by row, of (x m, y m, heading rad).
+/// The covariance of (x m, y m, heading rad): 3 x 3, row by row.
 using PoseCovariance = std::array<double, 9>;
 
-/// Why a position is given or withheld.
+/// The reason why a position is given or withheld.
 enum class FixVerdict {
   kOk,
   kGap,            ///< given by method paper, although two of its circles did not meet
   kAmbiguous,      ///< two positions explain the measurements equally well; none is given
-  kTooFew,         ///< fewer measurements than a position takes; none is given
+  kTooFew,         ///< fewer measurements than a position requires; none is given
   kWeak,           ///< given, but one direction is not determined: see the covariance
   kContradictory,  ///< the measurements contradict each other; none is given
   kOutOfBounds,    ///< the measurements give a position outside the map's bounds; none is given
 };
 
-/// Where the robot is, from one frame. Fields without an answer are empty.
+/// A position from one frame. Fields without an answer are empty.
 struct PoseAnswer {
   FixVerdict verdict = FixVerdict::kTooFew;
   std::optional<Pose> pose;

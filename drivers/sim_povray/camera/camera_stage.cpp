@@ -21,7 +21,7 @@ bool has_distortion(const CameraEffects& effects) {
   return std::any_of(effects.distortion.begin(), effects.distortion.end(), [](double k) { return k != 0; });
 }
 
-/// Shutter sample i of n is (i + 1/2) / n of the way from the first row's opening to the last row's closing.
+/// Returns the time of sample i of n: (i + 1/2) / n of the way from the first row's opening to the last row's closing.
 double sample_time_s(const CameraEffects& effects, int i) {
   return (effects.readout_s + effects.exposure_time_s) * (i + 0.5) / effects.shutter_samples;
 }
@@ -88,7 +88,7 @@ struct Draws {
   }
 };
 
-/// Runs the stages after the shutter. @param all also runs those that are at their neutral values
+/// Runs the stages after the shutter. @param all true: also the stages that are at their neutral values
 Image run_stages(const CameraEffects& effects, Light light, const Draws& draws, bool all) {
   if (all || has_distortion(effects)) light = distorted(light, effects.distortion, effects.distortion_focal_px);
   if (all || effects.defocus_px > 0) light = defocused(light, effects.defocus_px);

@@ -13,13 +13,13 @@
 /// Turns rendered light into the image of a camera.
 namespace twocone::sim_povray {
 
-/// Whether any effect changes the pixels of an image; if not, none of the stages below runs.
+/// Returns whether any effect changes the pixels of an image; if not, none of the stages below runs.
 [[nodiscard]] bool changes_pixels(const CameraEffects& effects);
-/// Whether one image is made from several, rendered at different times. A late stamp alone does not require that.
+/// Returns whether an image is made from several of different times. A late stamp alone does not require that.
 [[nodiscard]] bool takes_time(const CameraEffects& effects);
 
 /// Returns how long before the world's present step each of an image's shutter samples is, oldest first; one sample, at
-/// 0, if the image takes no time. The last row's shutter closes at the present step; the shutter samples are evenly
+/// 0, if the image takes no time. The last row's shutter closes at the present step. The shutter samples are evenly
 /// spread, in the middles of equal parts of readout + exposure. With a late stamp all of them are stamp_late_s older.
 [[nodiscard]] std::vector<std::chrono::nanoseconds> shutter_samples_before(const CameraEffects& effects);
 
@@ -27,10 +27,10 @@ namespace twocone::sim_povray {
 /// step. It ignores stamp_late_s.
 [[nodiscard]] std::chrono::nanoseconds capture_before(const CameraEffects& effects);
 
-/// Makes one image from its shutter samples. In linear light, in this order: each row is the mean of the shutter
-/// samples within its own shutter time (at least the nearest to its middle), lens distortion, defocus, vignetting,
-/// gain, shot noise, read noise; then the result is sRGB-coded again and rounded. Inactive stages are not computed:
-/// without effects the pixels are returned unchanged.
+/// Makes one image from its shutter samples. These stages are in linear light, in this order: each row becomes the mean
+/// of the shutter samples within its own shutter time (at least the nearest to its middle); lens distortion, defocus,
+/// vignetting, gain, shot noise, read noise. The result is then sRGB-coded again and rounded. Inactive stages are not
+/// computed: without effects the pixels are returned unchanged.
 ///
 /// Noise is drawn from separate generators, one per purpose and camera and image, so that it depends neither on other
 /// effects nor on the order in which images are made. Shot noise: n ~ Normal(e, e) electrons for e expected ones
@@ -46,7 +46,7 @@ namespace twocone::sim_povray {
 /// leaving the stages out changes nothing. @param image kRgb8
 [[nodiscard]] Image pass_through(const Image& image);
 
-/// Whether the camera loses (delivers late) its frame of this step; each is drawn from a generator of its own.
+/// Returns whether the camera loses (delivers late) its frame of this step; each is drawn from a generator of its own.
 [[nodiscard]] bool drops(const CameraEffects& effects, std::uint64_t seed, std::string_view camera, std::uint64_t step);
 [[nodiscard]] bool is_late(const CameraEffects& effects, std::uint64_t seed, std::string_view camera,
                            std::uint64_t step);

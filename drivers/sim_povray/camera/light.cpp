@@ -62,7 +62,7 @@ LensPoint distort(const Coefficients& c, const LensPoint& p) {
           p.y * s + c.p1 * (r2 + 2 * p.y * p.y) + 2 * c.p2 * p.x * p.y};
 }
 
-/// Newton's method from the seen point itself: quadratic, two to four iterations for real lenses.
+/// Inverts the lens by Newton's method from the seen point: quadratic, two to four iterations for real lenses.
 LensPoint undistort(const Coefficients& c, const LensPoint& seen) {
   constexpr int kMostSteps = 20;
   constexpr double kCloseEnough = 1e-9;
@@ -252,7 +252,7 @@ void add_read_noise(Light& light, double sigma, Normal normal) {
     float* const pixel = light.values.data() + i;
     const bool is_rendered = pixel[0] != 0 || pixel[1] != 0 || pixel[2] != 0;
     for (int channel = 0; channel < 3; ++channel) {
-      // Drawn in any case, so that no pixel's noise depends on another's light.
+      // The number is drawn in any case, so that no pixel's noise depends on another's light.
       const float noise = scale * static_cast<float>(normal());
       if (is_rendered) pixel[channel] += noise;
     }

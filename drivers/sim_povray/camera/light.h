@@ -10,8 +10,8 @@
 
 #include "hal/image.h"
 
-/// Images in linear light, in which shutter samples add up and lenses blur; and what a lens and a sensor do to them.
-/// Each effect of the lens at its neutral value changes no value by more than rounding.
+/// Images in linear light, in which shutter samples add up and lenses blur, and the effects of a lens and a sensor on
+/// them. Each effect of the lens at its neutral value changes no value by more than rounding.
 namespace twocone::sim_povray {
 
 /// Linear RGB, interleaved, rows from the top; 1 is full scale. Values may exceed 1 until they are coded again.
@@ -79,7 +79,7 @@ class Normal {
 /// for each value, whatever the value is. @param full_well_electrons 0: infinitely many, no noise
 void add_shot_noise(Light& light, double full_well_electrons, Normal normal);
 /// Changes light to light + sigma z, except for pixels without any light. Those are the pixels beside the mirror that
-/// are not rendered; programs recognise by their black that nothing was recorded there. @param sigma of full scale
+/// are not rendered; their black shows programs that nothing was recorded there. @param sigma of full scale
 void add_read_noise(Light& light, double sigma, Normal normal);
 
 }  // namespace twocone::sim_povray

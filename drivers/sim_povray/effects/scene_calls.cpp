@@ -22,7 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = Token::Kind;
 
-/// POV-Ray's own limit, and a size that no scene reaches: files that include each other come to an end.
+/// POV-Ray's own limit of depth, and a size that no scene reaches. They end the reading of files that include each
+/// other.
 constexpr int kDeepestInclude = 32;
 constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
 
@@ -196,7 +197,7 @@ class Scanner {
     }
     const std::string name(tree.tokens[i].text.substr(1, tree.tokens[i].text.size() - 2));
     const auto [known, fresh] = included_.try_emplace(name);
-    // Once for each owner of the file's content.
+    // Each owner walks through the file's content once.
     if (!walked_.emplace(&known->second, owner).second) return;
     Included& included = known->second;
     if (fresh) {
@@ -222,7 +223,7 @@ class Scanner {
     walk(*included.file, owner, depth + 1);
   }
 
-  /// Returns which names live text uses, directly or through other names.
+  /// Returns the names that live text uses, directly or through other names.
   std::vector<bool> live_names() {
     std::vector<bool> live(names_.size(), everything_lives_);
     if (everything_lives_) return live;

@@ -78,12 +78,12 @@ using IncludeReader = std::function<std::optional<IncludedFile>(const std::strin
 /// text never names. In doubt, an effect counts as used. An include whose name is not a literal, or which cannot be
 /// read, is reported in `unread`.
 [[nodiscard]] SceneCalls find_calls(const Scene& scene, const SceneAccess& access);
-/// The same for a text, with `read` in place of the disk. If the text is not finished, only the part before its last
-/// comment or string counts.
+/// Does the same for a text, with `read` in place of the disk. If the text is not finished, only the part before its
+/// last comment or string counts.
 [[nodiscard]] SceneCalls find_calls(std::string_view text, const std::string& path, const IncludeReader& read);
 
-/// Returns the scene's text without the effects that `switches` switch off. Line numbers stay the same; offsets do not,
-/// so parse the result again. Only the text itself is changed, not the files that it includes.
+/// Returns the scene's text without the effects that `switches` switch off. Line numbers stay the same, but offsets do
+/// not, so the result must be parsed again. Only the text itself is changed, not the files that it includes.
 /// Errors: kRefused, with file and line: an effect to be switched off is, or may be, in an include; or its end is not
 /// certain.
 [[nodiscard]] Result<std::string> switched(const Scene& scene, const SceneCalls& calls, const SceneSwitches& switches);
@@ -105,7 +105,7 @@ struct RenderChoice {
   std::string one_shot{};
 };
 
-/// Errors: kRefused, as switched().
+/// Chooses how the scene is rendered. Errors: kRefused, as switched().
 [[nodiscard]] Result<RenderChoice> choose_rendering(const Scene& scene, const SceneSwitches& switches,
                                                     const SceneAccess& access);
 

@@ -22,7 +22,7 @@ struct Range {
   std::size_t end;
 };
 
-/// Collects the changes to a text. A position at which one is not possible is thrown as a SceneError.
+/// Collects the changes to a text. Throws a SceneError at a position where a change is not possible.
 class Edit {
  public:
   Edit(std::string_view text, const TokenTree& tree) : text_(text), tree_(tree) {}

@@ -132,7 +132,7 @@ bool is_colour_word(const TokenTree& tree, std::size_t i) {
   return i < tree.tokens.size() && tree.tokens[i].kind == Kind::kWord && kColourWords.contains(tree.tokens[i].text);
 }
 
-/// Most tokens of an expression, so that text without an end is not read over and over.
+/// The limit of tokens in an expression, which prevents text without an end from being read again and again.
 constexpr std::size_t kLongest = 4096;
 
 bool is_operator(const TokenTree& tree, std::size_t i) {

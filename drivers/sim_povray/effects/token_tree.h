@@ -14,8 +14,8 @@ namespace twocone::sim_povray {
 
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
-/// Contains neither branches that a literal condition excludes nor name comments. A bracket whose partner depends on a
-/// condition or on a macro has none, and neither has any bracket around it.
+/// The tokens of a text, without branches that a literal condition excludes and without name comments. A bracket whose
+/// partner depends on a condition or on a macro has none; the same holds for any bracket around it.
 struct TokenTree {
   std::vector<Token> tokens;
   /// For `{ ( [` and for a directive that opens a section (#if, #while, #macro, ...): index where it is closed, else
@@ -25,7 +25,7 @@ struct TokenTree {
   std::vector<std::size_t> around;
   /// A bracket is opened here and closed in another file, or the other way round.
   bool leaks = false;
-  /// Macros that do this to their callers, or may do it under some condition.
+  /// Macros that open or close brackets of their callers, or may do so under some condition.
   std::set<std::string_view> leaky_macros;
 
   [[nodiscard]] bool is(std::size_t i, char symbol) const { return i < tokens.size() && tokens[i].is(symbol); }
@@ -52,11 +52,11 @@ std::size_t after_expression(const TokenTree& tree, std::size_t i);
 struct Declaration {
   std::size_t name = kNowhere;   ///< the name's token; kNowhere: not a declaration that is understood
   std::size_t value = kNowhere;  ///< the first token that belongs to it
-  std::size_t end = kNowhere;    ///< behind its last token; if that is not certain, rather too early
+  std::size_t end = kNowhere;    ///< behind its last token, or before that if the end is not certain
 };
 Declaration declaration(const TokenTree& tree, std::size_t directive);
 
-/// Whether the whole expression at `i` is a literal 0.
+/// Returns whether the whole expression at `i` is a literal 0.
 bool is_zero(const TokenTree& tree, std::size_t i);
 
 }  // namespace twocone::sim_povray

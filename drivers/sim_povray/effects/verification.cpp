@@ -20,7 +20,7 @@ namespace {
 
 /// POV-Ray's highest quality.
 constexpr int kHighestQuality = 11;
-/// One mirror and its surroundings need far fewer.
+/// Depth of reflections of `everything`. One mirror and its surroundings need far less.
 constexpr int kDeepReflections = 20;
 constexpr int kDeepest = 256;
 /// Number of images; the median of their processor times counts.
@@ -94,8 +94,8 @@ struct Verifier {
     double least_s = 0, middle_s = 0, most_s = 0;  ///< processor time
   };
 
-  /// Finds the cause of a difference: random numbers, effects that the map switches off, or the depth of reflections,
-  /// which is tested.
+  /// Finds the cause of a difference: random numbers, effects that the map switches off, or the depth of reflections.
+  /// The depth is tested.
   Status explain(const ViewSettings& view, const std::optional<MirrorSight>& mirror, const MirrorSight* limits,
                  const Image& whole, Verification& result) const {
     if (const Call* random = choice.calls.find(Feature::kRandom)) {

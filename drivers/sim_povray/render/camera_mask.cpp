@@ -14,8 +14,8 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// A prime, so that no regular set of directions coincides with the teeth. Each flank is about three degrees wide, so
-/// that its straight flanks do not dip below the inner circle in any image whose mirror has a radius below 4000 px.
+/// The number of teeth is a prime, so that no regular set of directions coincides with them. Each flank is about three
+/// degrees wide. Its straight line therefore stays outside the inner circle if the mirror's radius is below 4000 px.
 constexpr int kTeeth = 53;
 
 /// Returns the corners of the hole, in pixels from its centre, closed as POV-Ray's `polygon` requires.

@@ -11,7 +11,7 @@ struct Spot {
   double column_px = 0;
   double row_px = 0;
 
-  // clang-tidy 14 takes the comparison with zero inside it for a pointer.
+  // clang-tidy 14 mistakes the zero in its comparison for a pointer.
   friend auto operator<=>(const Spot&, const Spot&) = default;  // NOLINT(modernize-use-nullptr)
 };
 

@@ -28,7 +28,7 @@ class ImageAssembly {
       }
       if (++arrived_ < samples_.size()) return;
     }
-    // The last sample has arrived: no other thread uses this object any more.
+    // The last sample has arrived, so no other thread uses this object any more.
     promise_.set_value(finished());
   }
 
@@ -64,7 +64,7 @@ FutureViewTemplate::FutureViewTemplate(std::function<ViewTemplateResult()> make)
     ViewTemplateResult made = make();
     std::unique_lock lock(mutex_);
     view_template_ = std::move(made);
-    // Called under the lock, so that a new order is served after those that have waited.
+    // The calls are made under the lock, so that a new order is served after those that have waited.
     for (const Then& then : waiting_) then(*view_template_);
     waiting_.clear();
   });

@@ -19,7 +19,7 @@ namespace twocone::sim_povray {
 using ViewTemplateResult = Result<std::shared_ptr<const ViewTemplate>>;
 
 /// A view template that may still be in preparation: finding the mirror takes a second, and no caller should wait for
-/// it. Any thread.
+/// it. May be used from any thread.
 class FutureViewTemplate {
  public:
   explicit FutureViewTemplate(ViewTemplateResult view_template) : view_template_(std::move(view_template)) {}
@@ -31,7 +31,7 @@ class FutureViewTemplate {
   FutureViewTemplate& operator=(const FutureViewTemplate&) = delete;
 
   using Then = std::function<void(const ViewTemplateResult&)>;
-  /// Calls `then` once, immediately or when the view template is ready; in the order of the calls.
+  /// Calls `then` once, immediately or when the view template is ready, in the order of the requests.
   void when_ready(Then then);
 
  private:
@@ -52,7 +52,7 @@ struct ImageOrder {
   std::function<void(const RenderedImage&)> rendered{};  ///< SessionSettings::rendered
 };
 
-/// Renders the shutter samples and makes the image from them. Does not wait. `renderer` must outlive the rendering; its
+/// Renders the shutter samples and makes the image from them. Does not wait. `renderer` must outlive the rendering. Its
 /// destructor answers every open submission.
 std::shared_future<ImageResult> take_image(Renderer& renderer, FutureViewTemplate& view_template, ImageOrder order);
 

@@ -12,7 +12,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Fewer pixels are a highlight, not a usable mirror.
+/// The fewest pixels of a mirror. Fewer are a highlight, not a usable mirror.
 constexpr std::size_t kFewestPixels = 16;
 /// The sphere shines with 2, so a tenth of it reflected is 0.2 in linear light: 124 in sRGB. Lacquer reflects less.
 constexpr int kReflects = 120;
@@ -102,7 +102,7 @@ Window window_around(const Circle& circle, int width_px, int height_px) {
           row(std::ceil(circle.centre.row_px + circle.radius_px))};
 }
 
-/// Whether the masked image equals the whole one inside the circle, and is black beyond the teeth.
+/// Returns whether the masked image equals the whole one inside the circle, and is black beyond the teeth.
 bool hides_the_rest(const Image& whole, const Image& masked, const Circle& circle) {
   constexpr double kEdge_px = 1;  // the side of a pixel on the edge depends on rounding
   constexpr int kBlack = 2;       // fog may lie in front of the mask
@@ -137,7 +137,8 @@ Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene
                           scene.pose_text({FloorMotion{}}, FloorMotion{}, 1)},
                          stop_fd);
   };
-  // Rendered at the same time, each in a thread that lives until its process has ended. The third one is for the mask.
+  // The images are rendered at the same time, each in a thread that lives until its process has ended. The third one is
+  // for the test of the mask.
   constexpr int kSmaller = 4;
   const int small_width = (width_px + kSmaller - 1) / kSmaller;
   const int small_height = std::max(1, int(std::lround(double(height_px) * small_width / width_px)));
@@ -163,7 +164,7 @@ Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene
 
   const auto mask = camera_mask(scene, camera, circle, width_px, height_px);
   if (!mask) return std::optional(sight);
-  // The camera statement may mean something else to POV-Ray than to this code: so the mask is tested on a small image.
+  // POV-Ray may interpret the camera statement differently from this code, so the mask is tested on a small image.
   const Circle small = scaled(circle, double(small_width) / width_px);
   const auto small_mask = camera_mask(scene, camera, small, small_width, small_height);
   const ImageResult masked = small_mask

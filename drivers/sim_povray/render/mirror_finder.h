@@ -12,7 +12,7 @@
 
 namespace twocone::sim_povray {
 
-/// Where a view shows its mirror. The mirror moves with the camera, so it is the same in every image.
+/// The place where a view shows its mirror. The mirror moves with the camera, so it is the same in every image.
 struct MirrorSight {
   Circle circle;  ///< of the mirror, to the edge of the outermost pixel that shows it: without the margin
   /// Pixels that must be rendered: the circle with kRimMargin_px and kMaskTeeth_px, cut by the image.
@@ -26,7 +26,7 @@ struct MirrorSight {
 constexpr double kRimMargin_px = 6;
 
 /// Finds the mirror with the help of POV-Ray alone, by the pixels that reflect. Returns nothing if the view has no
-/// mirror. Takes two short renderings (about a second); ends early when `stop_fd` becomes readable (-1: never).
+/// mirror. Takes up to four short renderings (about a second); ends early when `stop_fd` becomes readable (-1: never).
 /// Errors: those of Povray::render.
 Result<std::optional<MirrorSight>> find_mirror(const Povray& povray, const Scene& scene, const NamedBlock& robot,
                                                const NamedBlock& camera, int width_px, int height_px, int stop_fd);
@@ -42,10 +42,10 @@ struct CameraVectors {
 Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camera);
 
 /// Returns an object, as one line for Scene::view_template, that hides from a camera the part of its image outside a
-/// circle, and is seen by nothing else: a black pane with a hole, close in front of the camera. The hole is jagged: its
-/// edge alternates between the circle and one that is kMaskTeeth_px larger. No circle therefore lies along more than a
-/// quarter of it, and it is not taken for a mirror's rim. POV-Ray itself computes the camera's vectors, by the rules
-/// that POV-Ray 3.5 and later has for a camera statement (the order of its parts does not matter; `angle` sets the
+/// circle, and is seen by nothing else: a black pane with a hole, close in front of the camera. The edge of the hole is
+/// jagged: it alternates between the circle and one that is kMaskTeeth_px larger. No circle therefore lies along more
+/// than a quarter of it, and it is not taken for a mirror's rim. POV-Ray itself computes the camera's vectors, by the
+/// rules of POV-Ray 3.5 and later for a camera statement (the order of its parts does not matter; `angle` sets the
 /// length of `direction`; `look_at` turns all three; then come the transformations).
 ///
 /// Errors: kRefused: as camera_vectors(); or the circle leaves nothing to hide.

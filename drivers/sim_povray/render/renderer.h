@@ -36,30 +36,30 @@ struct ViewTemplate {
   std::string one_shot{};
 };
 
-/// One image to render.
+/// An image to render.
 struct RenderJob {
   std::string label;  ///< for messages: "frame 12, view lower"
   std::shared_ptr<const ViewTemplate> view_template;
-  /// One line of POV-Ray's language that declares where things are. No line break, so that POV-Ray's line numbers are
-  /// those of the scene file.
+  /// One line of POV-Ray's language that declares where things are. It has no line break, so that POV-Ray's line
+  /// numbers are those of the scene file.
   std::string pose;
   /// Called once for an image that succeeds, before it is handed over, by the same thread; not called if the system
-  /// does not report the use. Must neither block nor throw. Empty: no call.
+  /// does not report the use. The function must neither block nor throw. Empty: no call.
   std::function<void(const base::ProcessUse&)> used{};
 };
 
-/// Renders images in the background. Any thread.
+/// Renders images in the background. May be used from any thread.
 class Renderer {
  public:
-  /// Called once for each submission, from a thread of the renderer (or, by its destructor, from the caller's). Must
-  /// not call the renderer and must not block.
+  /// Called once for each submission, from a thread of the renderer (or, by its destructor, from the caller's). The
+  /// function must not call the renderer and must not block.
   using Done = std::function<void(ImageResult)>;
 
   virtual ~Renderer() = default;
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Submits an image. Does not wait. Every submission is answered, even if the renderer is destroyed first
+  /// Submits an image without waiting. Every submission is answered, even if the renderer is destroyed first
   /// (kDisconnected).
   /// Errors: those of Povray::render.
   virtual void submit(RenderJob job, Done done) = 0;

@@ -14,7 +14,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Keywords of the blocks of POV-Ray 3.7 that stand in a scene and take a transformation.
+/// Keywords of the blocks of POV-Ray 3.7 that are objects of a scene and take a transformation.
 const std::set<std::string_view> kObjects{
     "bicubic_patch", "blob",         "box",          "cone",           "cubic",         "cylinder", "difference",
     "disc",          "height_field", "intersection", "isosurface",     "julia_fractal", "lathe",    "light_group",
@@ -127,7 +127,7 @@ Result<NamedBlock> Scene::find(const std::string& name, const std::string& keywo
                                              "braces of the {}",
                                              name, what));
   }
-  // All names, so that a misspelt one is noticed.
+  // All names are listed, so that a misspelt one is noticed.
   const std::vector<std::string> others = names();
   return Error(ErrorCode::kRefused,
                "{}: no {} '{}': looked for '{} {{' with the comment '//*PMName {}' as the first line inside its "
@@ -154,12 +154,12 @@ std::string Scene::with(std::vector<Insertion> insertions) const {
 
 ViewTemplate Scene::view_template(const std::vector<NamedBlock>& moved, const NamedBlock& view,
                                   const std::string& mask) const {
-  // The camera is declared, and used at the very end: POV-Ray uses the last camera of a scene.
+  // The camera is declared here, and used at the very end, because POV-Ray uses the last camera of a scene.
   std::vector<Insertion> insertions;
   for (std::size_t i = 0; i < moved.size(); ++i) {
     insertions.push_back({moved[i].close, fmt::format(" transform {{ {}X{} }} ", prefix_, i)});
   }
-  // Inserted where the camera is: an identifier of its statement may have another value farther down.
+  // The mask is inserted where the camera is: an identifier of its statement may have another value farther down.
   if (!mask.empty())
     insertions.push_back({view.begin, fmt::format("object {{ {} transform {{ {}V }} }} ", mask, prefix_)});
   insertions.push_back({view.begin, fmt::format("#declare {}View = ", prefix_)});

@@ -25,7 +25,7 @@ struct NamedBlock {
 
 struct SceneOutline {
   std::vector<NamedBlock> blocks;
-  /// A name comment that is not the first thing inside a block's braces, and so names nothing.
+  /// A name comment that is not the first thing inside a block's braces, and therefore names nothing.
   struct Stray {
     std::string name;
     Place place;
@@ -51,13 +51,13 @@ class Scene {
  public:
   /// Errors: kNotFound (no such file), kRefused (the file is not readable; or its text is wrong, with line and column).
   static Result<Scene> read(const std::filesystem::path& path);
-  /// Errors: kRefused. @param path for messages only
+  /// Parses a scene's text. Errors: kRefused. @param path for messages only
   static Result<Scene> parse(std::string text, std::string path);
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::string& text() const { return text_; }
 
-  /// Whether anything in the text has this name, movable or not.
+  /// Returns whether anything in the text has this name, movable or not.
   [[nodiscard]] bool mentions(const std::string& name) const;
   /// Returns the names of all named blocks, each once, in the order of the text.
   [[nodiscard]] std::vector<std::string> names() const;
@@ -84,7 +84,7 @@ class Scene {
                                       double unit_m) const;
   /// Returns the text with insertions; insertions at the same offset keep their order.
   [[nodiscard]] std::string with(std::vector<Insertion> insertions) const;
-  /// Prefix of the identifiers that this program adds; the scene's text does not contain it.
+  /// Returns the prefix of the identifiers that this program adds; the scene's text does not contain it.
   [[nodiscard]] const std::string& prefix() const { return prefix_; }
 
  private:

@@ -12,7 +12,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Limit of POV-Ray 3.7: it refuses the next one.
+/// The limit of POV-Ray 3.7, which refuses one section more.
 constexpr std::size_t kMostSections = 199;
 /// POV-Ray has no limit here, but this one keeps the work in proportion to the text. Scenes written by programs have
 /// about thirty.
@@ -64,7 +64,7 @@ class Outliner {
       if (token.kind == Token::Kind::kEnd) break;
       take(token);
     }
-    // Sections are checked first: an #if without #end explains the braces inside it, not the other way round.
+    // Sections are checked first, because an #if without #end explains the braces inside it, and not the reverse.
     if (!sections_.empty()) {
       throw SceneError{sections_.back().place, fmt::format("this #{} has no #end", sections_.back().directive)};
     }

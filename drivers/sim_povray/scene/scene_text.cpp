@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::string_view kNameMark = "//*PMName";
 
-// Not <cctype>: it depends on the locale, and POV-Ray's language does not.
+// <cctype> is not used: it depends on the locale, and POV-Ray's language does not.
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word_begin(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_word(char c) { return is_word_begin(c) || is_digit(c); }

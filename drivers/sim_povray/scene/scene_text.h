@@ -43,8 +43,8 @@ struct SceneError {
   std::string message;
 };
 
-/// Returns the tokens of a text one by one; comments are skipped, except for those that name an object. Cheap to copy,
-/// to look ahead. Holds only a view of the text.
+/// Returns the tokens of a text one by one. It skips comments, except for those that name an object. A copy is cheap
+/// and serves to read ahead. It holds only a view of the text.
 class Lexer {
  public:
   explicit Lexer(std::string_view text);

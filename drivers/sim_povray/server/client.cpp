@@ -28,13 +28,13 @@ namespace {
 
 using namespace server;  // NOLINT(google-build-using-namespace): its own side of the link
 
-/// Extra time for a reply: a server that lives answers in far less.
+/// Extra time for a reply; a server that runs answers in far less.
 constexpr std::chrono::seconds kReplyTime{5};
-/// For the lock of a killed server to be released.
+/// Time for the lock of a killed server to be released.
 constexpr std::chrono::milliseconds kSweepTime{200};
-/// For the server's answer to Leave; without one it notices the closed link.
+/// Time for the server's answer to Leave; without the answer, the server still notices the closed link.
 constexpr std::chrono::seconds kFarewellTime{2};
-/// For a slot to become free: longer than the longest rendering.
+/// Time for a slot to become free: longer than the longest rendering.
 constexpr std::chrono::minutes kSlotTime{3};
 
 bool is_sound(const SessionState& state) {
@@ -165,7 +165,7 @@ class RemoteSession final : public RobotSession {
     std::uint32_t slot = 0;
   };
 
-  /// Errors: the error that the server sends, or kDisconnected.
+  /// Requests something that has a result. Errors: the error that the server sends, or kDisconnected.
   template <typename Reply>
   Result<Reply> ask_for(const Message& request, SteadyTime deadline, base::UniqueFd* file = nullptr) {
     auto received = ask(request, deadline);
@@ -177,13 +177,13 @@ class RemoteSession final : public RobotSession {
     return std::move(*reply);
   }
 
-  /// Asks for something that has no result. Errors: as ask_for().
+  /// Requests something that has no result. Errors: as ask_for().
   Status demand(const Message& request) {
     if (auto done = ask_for<Done>(request, in(kReplyTime)); !done) return done.error();
     return {};
   }
 
-  /// Returns the reply, whatever it is. A missing reply breaks the link, so that none can come late.
+  /// Returns the reply, whatever it is. A missing reply breaks the link, so that no reply can come late.
   Result<Received> ask(const Message& request, SteadyTime deadline) {
     {
       const std::lock_guard lock(mutex_);
@@ -207,7 +207,7 @@ class RemoteSession final : public RobotSession {
     return give_up(Error(ErrorCode::kDisconnected, "{} sent {} that makes no sense", server_, what));
   }
 
-  /// Ends the link: everything that waits fails, and so do later calls. The first reason stays.
+  /// Ends the link: all waits fail, and so do later calls. The first reason is kept.
   Error give_up(Error why) {
     std::map<std::uint64_t, Order> orders;
     {
@@ -308,7 +308,7 @@ class RemoteSession final : public RobotSession {
   std::map<std::uint64_t, Order> orders_;
   std::uint64_t last_order_ = 0;
   std::atomic<bool> leaving_{false};
-  bool left_ = false;  ///< left in good order; used by the reader alone
+  bool left_ = false;  ///< left by a completed Leave; used by the reader alone
 
   std::thread reader_;  // last: it uses all of the above
 };

@@ -52,7 +52,7 @@ Error no_memory(std::uint32_t slots, std::uint64_t bytes, const std::string& why
                why);
 }
 
-/// It is not possible to wait for several futures: one is waited for this long, then all are checked.
+/// It is not possible to wait for several futures, so one is awaited for this time, and then all are checked.
 constexpr std::chrono::milliseconds kImageSlice{5};
 
 ImageResult result_of(const std::shared_future<ImageResult>& image) {
@@ -67,7 +67,7 @@ ImageResult result_of(const std::shared_future<ImageResult>& image) {
 
 Result<SharedFrames> SharedFrames::allocate(std::uint32_t slots, std::uint64_t slot_bytes) {
   const std::uint64_t bytes = slots * slot_bytes;
-  // Checked first: if the memory gets full, the kernel kills a program before it reports an error.
+  // The check comes first: if the memory gets full, the kernel kills a program before it reports an error.
   if (const auto available = free_memory_bytes(); bytes > available) {
     return no_memory(slots, bytes, fmt::format("{:.1f} MB are free", double(available) / 1e6));
   }
@@ -188,7 +188,7 @@ void ImageSender::work() {
 bool ImageSender::deliver(const Order& order) const {
   const ImageResult image = result_of(order.image);
   const Status written = image ? order.slots->write(order.slot, **image) : Status(image.error());
-  // Released before the notification: the client may use the slot again immediately.
+  // The slot is released before the notification, because the client may use it again immediately.
   order.slots->release(order.slot);
   const Message message = written ? Message(ImageDone{order.order, (*image)->format})
                                   : ImageFailed{order.order, written.error().code, written.error().message};

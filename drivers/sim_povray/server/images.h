@@ -17,17 +17,17 @@
 #include "hal/image.h"
 #include "hal/result.h"
 
-/// The images of a link: in memory that both programs share; and their way there, on the server's side.
+/// The images of a link, in memory that both programs share, and their transfer on the server's side.
 namespace twocone::sim_povray::server {
 
 /// Memory for images that two programs share: an anonymous file that the kernel frees with its last user, sealed
 /// against any change of its size, so that an access cannot fail.
 class SharedFrames {
  public:
-  /// Makes memory to write into. All of it is allocated when this returns. Errors: kUnavailable: the memory is not
-  /// available.
+  /// Makes memory to write into. All of it is allocated when this returns. Errors: kUnavailable (no memory is
+  /// available).
   static Result<SharedFrames> allocate(std::uint32_t slots, std::uint64_t slot_bytes);
-  /// Opens memory that allocate() made elsewhere, to read from. Errors: kBadData: not of that size, or not sealed.
+  /// Opens memory that allocate() made elsewhere, to read from. Errors: kBadData (another size, or not sealed).
   static Result<SharedFrames> adopt(base::UniqueFd file, std::uint32_t slots, std::uint64_t slot_bytes);
 
   [[nodiscard]] std::uint32_t slots() const { return slots_; }
@@ -57,10 +57,10 @@ class SharedFrames {
   std::uint64_t slot_bytes_;
 };
 
-/// A client reads immediately; one that has not read a message in this time is stuck.
+/// The time limit for a message to a client. A client reads immediately, so one that takes longer is stuck.
 inline constexpr std::chrono::seconds kSendTime{5};
 
-/// A view's shared memory, and its slots that wait for an image. Any thread.
+/// A view's shared memory, and its slots that wait for an image. May be used from any thread.
 class ImageSlots {
  public:
   ImageSlots(SharedFrames frames, const CameraSettings& size)
@@ -86,7 +86,7 @@ class ImageSender {
  public:
   /// @param socket shut down if the client does not read
   explicit ImageSender(int socket);
-  /// Gives up unfinished images.
+  /// Abandons unfinished images.
   ~ImageSender();
 
   struct Order {

@@ -130,7 +130,7 @@ class Writer {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// After the first error, everything that follows is an error too.
+/// Reads values from bytes. After the first error, every later value is an error too.
 class Reader {
  public:
   explicit Reader(std::span<const std::uint8_t> bytes) : rest_(bytes) {}

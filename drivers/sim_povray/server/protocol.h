@@ -35,7 +35,7 @@
 /// Failed and closes the link.
 namespace twocone::sim_povray::server {
 
-/// Both ends must have this version. It must be raised with any change of a message.
+/// The version that both ends must have. It must be raised with any change of a message.
 constexpr std::uint32_t kVersion = 4;
 constexpr std::uint64_t kMagic = 0x6b6e696c32656e6f;  // "one2link"
 
@@ -45,12 +45,12 @@ constexpr std::uint32_t kMaxNumbers = 64;   ///< in one list
 constexpr std::uint32_t kMaxViews = 64;     ///< of one session
 constexpr std::uint32_t kMaxSlots = 256;    ///< images of one view that may be unfinished
 
-/// "twocone 0.1.0"
+/// Returns the program's name and version: "twocone 0.1.0".
 std::string program_version();
 
 // ---- either way
 
-/// Its layout is the same in all versions, so that each end can read the version of the other.
+/// Each end's first message. Its layout is the same in all versions, so that each end can read the other's version.
 struct Hello {
   std::uint64_t magic = kMagic;
   std::uint32_t version = kVersion;
@@ -124,8 +124,8 @@ using Message = std::variant<Hello, Failed, Take, OpenView, ConfigureView, Relea
 /// Encodes a message. Numbers are as in this machine's memory, because a link does not leave the machine.
 std::vector<std::uint8_t> encode(Message message);
 
-/// Returns nothing if the bytes are not one whole message. Settings, speeds and the like are returned as they were
-/// sent, also impossible ones: the receiver checks them.
+/// Decodes a message; returns nothing if the bytes are not one whole message. Settings, speeds and the like are
+/// returned as they were sent, even impossible ones: the receiver checks them.
 std::optional<Message> decode(std::span<const std::uint8_t> bytes);
 
 }  // namespace twocone::sim_povray::server

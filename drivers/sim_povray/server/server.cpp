@@ -39,24 +39,25 @@ namespace {
 
 /// Time from the connection to the client's request for a session.
 constexpr std::chrono::seconds kHandshakeTime{5};
-/// How often a session that waits for its client checks whether the server stops.
+/// Period in which a session that waits for its client checks whether the server stops.
 constexpr std::chrono::milliseconds kStopSlice{50};
-/// How often a session that waits for its world checks whether its client still lives.
+/// Period in which a session that waits for its world checks whether its client is alive.
 constexpr std::chrono::milliseconds kStepSlice{50};
 
 Error refusal(std::string why) { return {ErrorCode::kRefused, std::move(why)}; }
 
 /// The conversation with one client. An error in a Status that a function here returns ends the conversation, and the
-/// client is notified of it unless it is kDisconnected. An error of the world is no such error: it goes into a reply.
+/// client is notified of it unless it is kDisconnected. An error of the world does not end it, but becomes a reply.
 class Conversation {
  public:
-  /// @param report called from the thread of run() @param stop checked twenty times a second
-  /// @param patience how long others wait for a client that requests nothing, before it is sent away
+  /// @param report called from the thread of run()
+  /// @param stop checked twenty times a second
+  /// @param patience time for which others wait for a client that requests nothing, before it is sent away
   Conversation(int socket, SimulationHost& host, const std::function<void(const std::string&)>& report,
                const std::atomic<bool>& stop, std::chrono::milliseconds patience)
       : socket_(socket), host_(host), report_(report), stop_(stop), patience_(patience) {}
 
-  /// Talks with the client from its handshake to its end: when it leaves or is sent away, or `stop` is set.
+  /// Serves the client from its handshake to its end: when it leaves or is sent away, or `stop` is set.
   void run() {
     const std::optional<Peer> peer = peer_of(socket_);
     Status end = caught([&] { return shake_hands(peer, in(kHandshakeTime)); });
@@ -73,8 +74,8 @@ class Conversation {
   }
 
  private:
-  /// Turns an exception into an error, which ends this conversation and no other: settings that are out of their domain
-  /// (check()) into a refusal.
+  /// Converts an exception into an error, which ends only this conversation. Settings that are out of their domain
+  /// (check()) become a refusal.
   template <typename Part>
   static Status caught(Part part) {
     try {
@@ -199,7 +200,7 @@ class Conversation {
   Status on(const Leave& /*request*/) {
     left_ = true;
     leave("");
-    // Not before: the next program may join as soon as this one gets the reply.
+    // The reply comes last, because the next program may join as soon as this one receives it.
     return reply(Done{});
   }
 
@@ -275,7 +276,7 @@ class Conversation {
 namespace {
 
 constexpr std::size_t kMaxConnections = 64;
-/// How often `stop` is checked.
+/// Period in which `stop` is checked.
 constexpr std::chrono::milliseconds kAcceptSlice{50};
 
 /// A connection to one client, in a thread of its own.
@@ -316,7 +317,7 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
     if (ready <= 0) continue;
     base::UniqueFd socket(::accept4(listening->get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!socket.valid()) {
-      // Usually no descriptor is left. The caller stays in the queue, so without a pause this would spin.
+      // Usually no descriptor is left. The caller stays in the queue, so this loop would spin without a pause.
       if (errno == EINTR || errno == ECONNABORTED) continue;
       base::Logger("server").warning("a program cannot be accepted; tried again");
       std::this_thread::sleep_for(kAcceptSlice);
@@ -339,7 +340,7 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
       report_in_turn(fmt::format("a program was sent away: {}", error.what()));
     }
   }
-  // No new client finds the socket from now on; `connections` are joined before the claim goes.
+  // From now on no new client finds the socket. `connections` are joined before the claim ends.
   ::unlink(path->c_str());
   listening->reset();
   return {};

@@ -18,8 +18,8 @@ namespace twocone::sim_povray {
 /// Errors: kRefused (not a valid name: letters, digits, - and _, at most 64; or the folder belongs to another user).
 Result<std::filesystem::path> world_socket(const std::string& name);
 
-/// How long the other robots of a world wait for one that requests nothing (its program is stopped, or hangs) before it
-/// is sent away. Half of the time that a run waits for its world, so that the others' runs continue.
+/// Time for which the other robots of a world wait for one that requests nothing (its program is stopped, or hangs)
+/// before it is sent away. It is half of the time that a run waits for its world, so that the others' runs continue.
 constexpr std::chrono::milliseconds kIdlePatience{30'000};
 
 /// Shares `host` under `name` until `stop` is set: one session per connection, one thread per session.
@@ -30,8 +30,9 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
              std::chrono::milliseconds patience = kIdlePatience);
 
 /// Joins the world that another program serves under `name` (serve()).
-/// Errors: kNotFound (no program serves it), kRefused (another version, another user, and the errors of
-/// SimulationHost::join), kTimeout, kDisconnected. @throws std::invalid_argument as check(SessionSettings)
+/// Errors: kNotFound (no program serves it), kRefused (another version, another user), kTimeout, kDisconnected,
+/// kUnavailable, kBadData (it is not this program), and those of SimulationHost::join.
+/// @throws std::invalid_argument as check(SessionSettings)
 Result<std::unique_ptr<RobotSession>> join_served_world(const std::string& name, const SessionSettings& settings,
                                                         std::chrono::milliseconds timeout);
 

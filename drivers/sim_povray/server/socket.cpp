@@ -30,7 +30,7 @@ namespace {
 constexpr int kBacklog = 64;
 constexpr std::chrono::milliseconds kConnectPause{10};
 
-/// world_socket() has made sure that it fits.
+/// Returns the address of a path, which fits because world_socket() has checked it.
 sockaddr_un address_of(const std::filesystem::path& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -44,7 +44,7 @@ base::UniqueFd make_socket() {
   return base::UniqueFd(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
-/// Returns false at the deadline.
+/// Waits until the socket is ready; returns false at the deadline.
 bool wait_for(int socket, short events, SteadyTime deadline) {
   while (true) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());

@@ -13,8 +13,8 @@
 #include "drivers/sim_povray/server/protocol.h"
 #include "hal/result.h"
 
-/// The socket of a world: who may serve it, and packets over it (Unix-domain). No call waits longer than its deadline,
-/// and a peer that is gone is reported as an error, never by a signal.
+/// The socket of a world (Unix-domain): the right to serve it, and packets over it. No call waits longer than its
+/// deadline, and a peer that is gone is reported as an error, never by a signal.
 namespace twocone::sim_povray::server {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
@@ -28,7 +28,7 @@ inline std::string words(int error_number) { return std::generic_category().mess
 /// claim.
 class ServedName {
  public:
-  /// Errors: kRefused (it is already served), kUnavailable (no file can be made there).
+  /// Claims the right. Errors: kRefused (it is already served), kUnavailable (no file can be made there).
   static Result<ServedName> claim(const std::filesystem::path& socket);
 
   ServedName(ServedName&&) noexcept = default;
@@ -50,8 +50,8 @@ void sweep(const std::filesystem::path& socket, std::chrono::milliseconds patien
 /// Listens on `path`, which must be free; only this user may connect. Errors: kUnavailable.
 Result<base::UniqueFd> listen_at(const std::filesystem::path& path);
 
-/// Errors: kNotFound (no program listens there), kTimeout (no program accepts the connection), kUnavailable, and those
-/// of check_peer.
+/// Connects to the program that listens there. Errors: kNotFound (none does), kTimeout (it does not accept the
+/// connection), kUnavailable, and those of check_peer.
 Result<base::UniqueFd> connect_to(const std::filesystem::path& path, SteadyTime deadline);
 
 /// The process at the other end, as the kernel reports it; nothing if it does not.
@@ -61,21 +61,22 @@ struct Peer {
 };
 std::optional<Peer> peer_of(int socket);
 
-/// A link joins programs of one user; root is a user like others. Errors: kRefused.
+/// Checks that the peer is of `user`: a link joins programs of one user, and root is a user like others. Errors:
+/// kRefused.
 Status check_peer(const std::optional<Peer>& peer, uid_t user);
 
-/// Errors: kTimeout (the peer does not read), kDisconnected. @param file sent along if it is not negative
+/// Sends a message. Errors: kTimeout (the peer does not read), kDisconnected. @param file sent along if not negative
 Status send_message(int socket, const Message& message, SteadyTime deadline, int file = -1);
 
 struct Received {
   std::optional<Message> message;  ///< nothing: a packet came, but it is not a message
-  base::UniqueFd file;             ///< the file that was sent along, if it was asked for
+  base::UniqueFd file;             ///< the file that was sent along, if it was requested
 };
 enum class Files { kDrop, kTake };
-/// Errors: kTimeout, kDisconnected.
+/// Receives a packet. Errors: kTimeout, kDisconnected.
 Result<Received> receive_message(int socket, SteadyTime deadline, Files files = Files::kDrop);
 
-/// Whether the peer has closed its end or is dead, even if some of its messages are still unread.
+/// Returns whether the peer has closed its end or is dead, even if some of its messages are still unread.
 bool hung_up(int socket);
 
 }  // namespace twocone::sim_povray::server

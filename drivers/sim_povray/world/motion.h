@@ -30,7 +30,7 @@ struct BodySpeeds {
   double turn_radps = 0;
 };
 
-/// @param separation_m between the wheels' contact points, > 0
+/// Returns the velocity of the body whose wheels have these speeds. @param separation_m between the contact points, > 0
 /// @throws std::invalid_argument naming every argument that is not finite or out of its domain
 BodySpeeds body_speeds(const GroundSpeeds& wheels, double separation_m);
 

@@ -63,7 +63,7 @@ void MovingRobot::abandon() {
 }
 
 void MovingRobot::begin_step(std::chrono::nanoseconds now, std::chrono::nanoseconds span) {
-  // Computed as a difference, because now + timeout would overflow for a time-out of centuries.
+  // The time is computed as a difference, because now + timeout would overflow for a time-out of centuries.
   const auto alive = std::max(body_.command_timeout - (now - commanded_at_), std::chrono::nanoseconds(0));
   const double driven_s = seconds(std::min(alive, span));
   const double lag_s = body_.wheels.lag_s;

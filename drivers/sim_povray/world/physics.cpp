@@ -16,9 +16,9 @@ namespace {
 
 std::atomic<int> opened_engines{0};
 
-/// ODE must be initialised once in a process, and each thread that calls it must be registered. It is never closed:
-/// dCloseODE requires that no thread that has called ODE is alive, which only a whole program can promise. The data of
-/// a thread are freed when it ends.
+/// Initialises ODE once in a process and registers each thread that calls it; returns whether ODE can be used. It is
+/// never closed: dCloseODE requires that no thread that has called ODE is alive, which only a whole program can
+/// promise. The data of a thread are freed when it ends.
 bool enter_ode() {
   static const bool begun = dInitODE2(0) != 0 && dCheckConfiguration("ODE_double_precision") != 0;
   thread_local const bool known = begun && dAllocateODEDataForThread(dAllocateFlagBasicData) != 0;
@@ -83,7 +83,7 @@ class OdeEngine final : public PhysicsEngine {
     for (const Drive& d : drives) {
       Body& body = bodies_.at(d.body);
       drive(body, dt_s, d.rims);
-      // Wheels can add mu g dt; a push adds at most the speed of the body that pushes.
+      // The wheels can add mu g dt. A push adds at most the speed of the body that pushes.
       fastest_mps = std::max(fastest_mps, std::hypot(body.motion.x_mps, body.motion.y_mps) +
                                               2 * body.wheels.most_N / body.wheels.mass_kg * dt_s);
     }
@@ -125,7 +125,7 @@ class OdeEngine final : public PhysicsEngine {
 
   void drive(Body& body, double dt_s, const GroundSpeeds& rims) const {
     const Motion& m = body.motion;
-    // Computed in the frame of the step's middle, which makes a turning robot's path accurate to second order.
+    // The heading at the step's middle makes a turning robot's path accurate to second order.
     const double along_rad = m.pose.heading_rad + m.turn_radps * dt_s / 2;
     const double c = std::cos(along_rad);
     const double s = std::sin(along_rad);
@@ -147,7 +147,7 @@ class OdeEngine final : public PhysicsEngine {
     }
   }
 
-  /// Makes a contact, if the other one is within reach.
+  /// Makes a contact if the other body is within reach.
   void touch(const Body& body, dBodyID other, const Facing& face, double friction, double dt_s, double reach_m) {
     constexpr double kSame = 1e-9;
     const double gap_m = face.distance_m - body.radius_m;

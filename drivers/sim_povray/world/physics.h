@@ -37,7 +37,7 @@ class PhysicsEngine {
   static constexpr double kStep_s = 0.5e-3;
   static constexpr double kGravity_mps2 = 9.80665;
 
-  /// Errors: kUnavailable: this build has no ODE, or one of single precision.
+  /// Opens an engine. Errors: kUnavailable (this build has no ODE, or one of single precision).
   static Result<std::unique_ptr<PhysicsEngine>> open();
   /// Returns the number of engines opened in this process; 0 shows that ODE was never used.
   static int opened();
@@ -47,7 +47,7 @@ class PhysicsEngine {
   PhysicsEngine& operator=(const PhysicsEngine&) = delete;
 
   using BodyId = std::uint32_t;
-  /// Adds a body that stands. Its radius is > 0, and it has physics.
+  /// Adds a body that stands. Requires a radius > 0 and physics.
   virtual BodyId add(const RobotBody& robot, const Pose2& at) = 0;
   virtual void remove(BodyId body) = 0;
 
@@ -62,7 +62,7 @@ class PhysicsEngine {
     double x_mps = 0, y_mps = 0;
     double radius_m = 0;
   };
-  /// Advances by one step. `drives` holds those of all bodies.
+  /// Advances by one step. `drives` holds the rim speeds of all bodies.
   virtual void step(double dt_s, const std::vector<Drive>& drives, const std::vector<Mover>& movers,
                     const std::vector<Part>& parts) = 0;
 

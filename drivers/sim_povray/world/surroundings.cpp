@@ -18,7 +18,7 @@ Facing from_point(const FloorPoint& from, const FloorPoint& point, double radius
   return {away_m - radius_m, x_m / away_m, y_m / away_m};
 }
 
-/// Counts the edges that a ray to the right crosses.
+/// Returns whether the outline contains the point, by the number of edges that a ray to the right crosses.
 bool is_inside(const Outline& outline, const FloorPoint& point) {
   bool inside = false;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -45,8 +45,8 @@ Facing facing(const Edge& edge, const FloorPoint& point) {
   const double along = (point.x_m - edge.from.x_m) * x_m + (point.y_m - edge.from.y_m) * y_m;
   if (along <= 0) return from_point(edge.from, point, 0);
   if (along >= square) return from_point(edge.to, point, 0);
-  // Computed across the edge's line, not from the foot: a foot rounded by an ulp would turn the direction to a near
-  // point.
+  // The direction is computed across the edge's line. From the foot, a rounding by an ulp would turn the direction to a
+  // near point.
   const double length_m = std::sqrt(square);
   const double across_m = (x_m * (point.y_m - edge.from.y_m) - y_m * (point.x_m - edge.from.x_m)) / length_m;
   if (across_m == 0) return {};

@@ -17,7 +17,7 @@
 /// this (first_touch).
 namespace twocone::sim_povray {
 
-/// Free where x_n x + y_n y > offset_m; (x_n, y_n) is a unit vector.
+/// A half-plane that is free where x_n x + y_n y > offset_m; (x_n, y_n) is a unit vector.
 struct HalfPlane {
   double x_n = 0, y_n = 0;
   double offset_m = 0;
@@ -80,7 +80,7 @@ struct Stretch {
   double until_s = std::numeric_limits<double>::infinity();
 };
 
-/// Pose of a moving thing at any time, in closed form: no error accumulates, so a run of a day ends at the right place.
+/// Pose of a moving thing at any time, in closed form. No error accumulates, so a run of a day ends at the right place.
 /// At a corner the thing already faces along the next segment.
 class MovingPath {
  public:

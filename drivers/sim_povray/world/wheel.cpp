@@ -74,8 +74,8 @@ FloorImpulse wheel_impulse(const WheelFriction& wheels, const FloorVelocity& bef
   const double most_Ns = wheels.most_N * dt_s;
   const BodySpeeds wanted = body_speeds(rims, wheels.separation_m);
 
-  // If both wheels grip, the body takes the rims' speeds immediately. This leaves open how the wheels share the impulse
-  // across; equal halves are the smallest.
+  // If both wheels grip, the body takes the rims' speeds immediately. This does not determine how the wheels share the
+  // impulse across; equal halves are the smallest.
   const double ahead_Ns = wheels.mass_kg * (wanted.speed_mps - before.ahead_mps);
   const double turn_Nms = wheels.inertia_kgm2 * (wanted.turn_radps - before.turn_radps);
   const double left_Ns = -wheels.mass_kg * before.left_mps;
@@ -109,7 +109,7 @@ FloorImpulse wheel_impulse(const WheelFriction& wheels, const FloorVelocity& bef
           {change_Ns, std::abs(next[i].ahead_Ns - ahead[i].ahead_Ns), std::abs(next[i].left_Ns - ahead[i].left_Ns)});
       uphill += (ahead[i].ahead_Ns - next[i].ahead_Ns) * x_Ns + (ahead[i].left_Ns - next[i].left_Ns) * y_Ns;
     }
-    // Restarted wherever it went against the gradient (O'Donoghue and Candes 2015).
+    // The momentum is restarted wherever it went against the gradient (O'Donoghue and Candes 2015).
     const double after = uphill > 0 ? 1 : (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
     const double on = uphill > 0 ? 0 : (momentum - 1) / after;
     for (std::size_t i = 0; i < p.size(); ++i) {

@@ -9,10 +9,10 @@
 /// The wheels of a robot: their rotation, their slip and their friction.
 namespace twocone::sim_povray {
 
-/// Rotation of one wheel over one step. It is commanded u until `driven_s` and 0 from then on, and follows immediately
-/// or with a first-order lag, w' = (u - w) / lag:
+/// Rotation of one wheel over one step. Its command is u until `driven_s` and 0 from then on. The wheel follows
+/// immediately or with a first-order lag, w' = (u - w) / lag:
 ///     w(t) = u + (w0 - u) e^(-t/lag),   angle(t) = u t + (w0 - u) lag (1 - e^(-t/lag)),
-/// in each of its two parts. Exact for any length.
+/// in each of the two parts. The equations are exact for any length.
 struct WheelCourse {
   double begin_radps = 0;    ///< w0; not used without lag
   double command_radps = 0;  ///< u
@@ -21,7 +21,7 @@ struct WheelCourse {
 
   /// Returns the angle turned since the beginning of the step.
   [[nodiscard]] double turned_rad(double time_s) const;
-  /// With lag, a speed nearer than 1e-12 rad/s to the command counts as reached, so that a wheel does stop.
+  /// Returns the speed. With lag, it reaches the command when it is within 1e-12 rad/s, so that a wheel does stop.
   [[nodiscard]] double speed_radps(double time_s) const;
 };
 
@@ -68,14 +68,14 @@ struct FloorImpulse {
   double turn_Nms = 0;
 };
 
-/// Returns the impulse of the wheels' friction in `dt_s` on a body with the velocity `before`: of all impulses P_l, P_r
-/// (along and across each wheel) within the circle |P| <= most_N dt, those that minimise the kinetic energy of sliding
-/// against the rims,
+/// Returns the impulse of the wheels' friction in `dt_s` on a body with the velocity `before`. Of all impulses P_l, P_r
+/// (along and across each wheel) within the circle |P| <= most_N dt, it minimises the kinetic energy of sliding against
+/// the rims,
 ///     1/2 P' A P + P' c,   c: the contact points' velocities against the rims before, A: change of c by an impulse.
-/// Solved in closed form if both wheels grip, else by accelerated projected gradient steps (Nesterov's, restarted where
-/// they go uphill) down to 1e-12 of the greatest impulse, 1000 at most. The result is within 1e-6 of the greatest
-/// impulse of the true minimum, for separations from half to twenty times the body's radius (physics_test.cpp,
-/// WheelImpulsesMinimiseSliding and WheelImpulsesMeetTheConditionsOfTheMinimum).
+/// The solution has a closed form if both wheels grip; otherwise accelerated projected gradient steps (Nesterov's,
+/// restarted where they go uphill) lead to it, down to 1e-12 of the greatest impulse, 1000 at most. The result is
+/// within 1e-6 of the greatest impulse of the true minimum, for separations from half to twenty times the body's radius
+/// (physics_test.cpp, WheelImpulsesMinimiseSliding and WheelImpulsesMeetTheConditionsOfTheMinimum).
 FloorImpulse wheel_impulse(const WheelFriction& wheels, const FloorVelocity& before, const GroundSpeeds& rims,
                            double dt_s);
 

@@ -45,7 +45,7 @@ struct StepPath {
 
   /// Starts a step at `here`, standing. Keeps the lists' memory.
   void begin_at(const Pose2& here, std::chrono::nanoseconds step);
-  /// Returns nullptr while the robot stands.
+  /// Returns the arc at that time; nullptr while the robot stands.
   [[nodiscard]] const Arc* arc_at(double time_s) const;
   [[nodiscard]] Pose2 pose_at(double time_s) const;
 };
@@ -79,12 +79,12 @@ class MovingRobot {
   [[nodiscard]] const Pose2& pose() const { return path_.end; }
   [[nodiscard]] FloorPoint place() const { return {path_.end.x_m, path_.end.y_m}; }
   [[nodiscard]] const Turned& turned() const { return turned_; }
-  /// Same as World::pose_before.
+  /// Returns the same as World::pose_before.
   [[nodiscard]] Pose2 pose_before(std::chrono::nanoseconds before) const;
 
   void command(const WheelSpeeds& speeds, std::chrono::nanoseconds now);
   void halt() { command_ = {}; }
-  /// The robot stands from now on and no longer belongs to the physics engine.
+  /// Lets the robot stand from now on and removes it from the physics engine.
   void abandon();
 
   void begin_step(std::chrono::nanoseconds now, std::chrono::nanoseconds span);
@@ -132,17 +132,17 @@ class MovingRobot {
   double fastest_mps_ = 0;
 };
 
-/// The true state of a world: its time, and the poses of robots and moving things. Holds no images. No thread, no lock.
+/// The true state of a world: its time, and the poses of robots and moving things. It has no images, threads or locks.
 ///
 /// Step n is at base + round((n - n_base) 1e9 / rate) ns, so that no error accumulates. Between two steps the wheels
-/// turn at the commanded speeds (behind their lag, if they have one) until the dead-man time is over; from that very
-/// nanosecond on they are commanded to stand.
+/// turn at the commanded speeds (behind their lag, if they have one) until the dead-man time is over. From that
+/// nanosecond on, the command is 0.
 ///
-/// Each robot moves by exact arcs (with lag: by short ones, MovingRobot states the error). Where it touches
-/// something it stands, wheels included, until it is commanded away from it: it is stopped between 0.5e-9 m and 1e-9 m
-/// off, at any speed. Turning on the spot counts as moving away. A robot of body radius 0 touches nothing, and nothing
-/// touches it. Robots that drive at each other are both stopped. A moving thing is on rails: it continues over a robot
-/// that stands in its way, and from then on that robot can move away from it but not deeper.
+/// Each robot moves by exact arcs (with lag: by short ones, MovingRobot states the error). Where it touches something,
+/// it stands, wheels included, until a command moves it away: it is stopped between 0.5e-9 m and 1e-9 m off, at any
+/// speed. Turning on the spot counts as moving away. A robot of body radius 0 touches nothing, and nothing touches it.
+/// Robots that drive at each other are both stopped. A moving thing is on rails: it continues over a robot that stands
+/// in its way, and from then on that robot can move away from it but not deeper.
 ///
 /// If its RobotBody has physics, the Open Dynamics Engine (physics.h) moves a robot; it is not used otherwise. The
 /// wheels of such a robot turn as commanded even if its body slides or is blocked. For it, moving things and robots
@@ -166,9 +166,9 @@ class World {
 
   using RobotId = std::uint32_t;
   /// Adds a robot at its `begin`, or at its `start` if it has none. An id is not used again until begin_anew().
-  /// Errors: kRefused: that pose touches something, with its name; kUnavailable: physics in a build without it.
+  /// Errors: kRefused (that pose touches something, which is named), kUnavailable (physics in a build without it).
   Result<RobotId> add_robot(const RobotBody& robot);
-  /// The robot stays where it is, standing, as an obstacle.
+  /// Leaves the robot where it is, standing, as an obstacle.
   void abandon(RobotId robot);
   /// Removes the robot: another one takes its place in the scene.
   void remove(RobotId robot);

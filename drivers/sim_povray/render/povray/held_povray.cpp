@@ -20,7 +20,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Below this, a loaded machine might break a lease although all is well.
+/// The least lease-break-time. With less, a loaded machine might break a lease although nothing has failed.
 constexpr int kLeastBreakTime_s = 4;
 
 /// Last frame of the animation: more than a process lives to render. Its digits are those in the files' names.
@@ -31,7 +31,7 @@ base::Program program_for(const Povray& povray, const ViewTemplate& view_templat
                           const std::filesystem::path& folder) {
   if (::mkdir(folder.c_str(), 0700) != 0) throw std::system_error(errno, std::generic_category(), folder.string());
   base::Program program = povray.program(view_template);
-  // The clock stands still, so that `clock` has the value that it has in a single image.
+  // The clock is constant, so that `clock` has the value that it has in a single image.
   for (const char* option : {"+KFI1", "+KI0", "+KF0"}) program.arguments.emplace_back(option);
   program.arguments.push_back(fmt::format("+KFF{}", kLastFrame));
   program.arguments.push_back(fmt::format("+O{}/f", folder.string()));
@@ -45,16 +45,16 @@ base::Program program_for(const Povray& povray, const ViewTemplate& view_templat
 
 PoseLease::PoseLease(const std::string& text) {
   const base::UniqueFd first = base::memory_file("pose.inc", "");
-  // A write lease requires that the file is open once only; creating a memory file counts as another opening, a real
-  // opening does not.
+  // A write lease requires that the file is open only once. Creating a memory file counts as another opening; opening
+  // it by its path does not.
   fd_ = base::UniqueFd(::open(fmt::format("/proc/self/fd/{}", first.get()).c_str(), O_RDWR | O_CLOEXEC));
   if (!fd_.valid()) base::throw_errno("opening a memory file again");
   write(text);
 }
 
 bool PoseLease::take() {
-  // Set before F_SETLEASE, which would notify the whole process: any thread of it could get the signal.
-  // Set each time: giving a lease back forgets the owner.
+  // The owner is set before F_SETLEASE, which would notify the whole process: any thread of it could get the signal. It
+  // is set each time, because giving a lease back resets the owner.
   f_owner_ex owner{F_OWNER_TID, ::gettid()};
   if (::fcntl(fd_.get(), F_SETOWN_EX, &owner) != 0) base::throw_errno("F_SETOWN_EX");
   if (::fcntl(fd_.get(), F_SETLEASE, F_WRLCK) == 0) return true;
@@ -92,7 +92,7 @@ std::string lease_obstacle() {
       return fmt::format("/proc/sys/fs/lease-break-time is {} s, must be >= {} s", seconds, kLeastBreakTime_s);
     }
     PoseLease lease("");
-    // A child that another thread forks at this moment has the file open too, until it execs.
+    // A child that another thread forks at this moment also has the file open until it calls exec.
     for (int attempt = 0; attempt < 100; ++attempt) {
       if (lease.take()) return "";
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -105,8 +105,8 @@ std::string lease_obstacle() {
 
 HeldScene::HeldScene(const ViewTemplate& view_template) : serial_name_("Twocone_Serial") {
   while (view_template.scene.find(serial_name_) != std::string::npos) serial_name_ += '_';
-  // Inserted into the line that exists, so that POV-Ray's line numbers stay those of the scene.
-  // Sealed: several processes read it, and a scene could open it for writing.
+  // The text is inserted into an existing line, so that POV-Ray's line numbers stay those of the scene. The file is
+  // sealed, because several processes read it, and a scene could open it for writing.
   fd_ = base::sealed_file(
       "scene.pov",
       with_pose(view_template, fmt::format("#include \"/proc/self/fd/{}\" #if ({} != frame_number) #error \"{}\" #end",
@@ -135,7 +135,7 @@ void HeldPovray::enter(State state) {
 void HeldPovray::look() {
   if (state_ == State::kDrawing) return;
   if (!leased_) {
-    // If POV-Ray opens the file before that, it finds an old pose and stops, and the pool starts another process.
+    // If POV-Ray opens the file before that, it finds an old pose and stops. The pool then starts another process.
     leased_ = lease_.take();
   } else if (state_ == State::kComing && lease_.wanted()) {
     enter(State::kWaiting);

@@ -39,7 +39,7 @@ class ProcessRenderer final : public Renderer {
   std::deque<Order> waiting_;
   int busy_ = 0;
   bool stopping_ = false;
-  /// The kernel kills a process when the thread that started it ends: so each thread waits for its own process.
+  /// Each thread waits for its own process, because the kernel kills a process when the thread that started it ends.
   std::vector<std::thread> workers_;
 };
 

@@ -135,15 +135,15 @@ std::vector<std::string> povray_arguments(const ViewTemplate& view_template) {
       "-GS",  // the fatal and the warning stream stay: they report errors of the scene, with their lines
   };
   if (view_template.antialias > 1) {
-    // Where neighbours differ by more than 0.03, n x n rays without jitter. Against all pixels n x n (+A0.0) this
-    // leaves 0.12 % of an indoor image's pixels off by more than 2 of 255, for 40 % of the time; +A0.1 leaves 0.9 %,
-    // for 33 %.
+    // Where neighbours differ by more than 0.03, n x n rays are sent without jitter. Compared with n x n rays for all
+    // pixels (+A0.0), this leaves 0.12 % of an indoor image's pixels off by more than 2 of 255, for 40 % of the time;
+    // +A0.1 leaves 0.9 %, for 33 %.
     arguments.insert(arguments.end(), {"+A0.03", "+AM1", fmt::format("+R{}", view_template.antialias), "-J"});
   } else {
     arguments.emplace_back("-A");
   }
   if (view_template.window) {
-    // POV-Ray counts from 1, and takes a number up to 1 for a share of the image, so the image's edges are left out.
+    // POV-Ray counts from 1, and takes a number up to 1 as a share of the image, so the image's edges are left out.
     const Window& w = *view_template.window;
     if (w.first_column > 0) arguments.push_back(fmt::format("+SC{}", w.first_column + 1));
     if (w.last_column < view_template.width_px - 1) arguments.push_back(fmt::format("+EC{}", w.last_column + 1));
@@ -160,7 +160,7 @@ RenderJob plain_image(std::string label, std::string scene, int width_px, int he
 }
 
 std::string with_pose(const ViewTemplate& view_template, std::string_view text) {
-  // Blanks are added around a text that is not empty: without poses, a view template stays the same to the byte.
+  // Blanks are added around a text that is not empty. Without poses, a view template stays the same to the byte.
   std::string scene = view_template.scene;
   if (!text.empty()) scene.insert(view_template.pose_offset, fmt::format(" {} ", text));
   return scene;

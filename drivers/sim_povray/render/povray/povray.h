@@ -21,7 +21,7 @@ struct PlaceSettings;
 struct SceneCalls;
 class Scene;
 
-/// Returns the program `name` as an absolute path: a path if it has a slash, else looked up in PATH.
+/// Returns the program `name` as an absolute path: `name` itself if it has a slash, else the one found in PATH.
 /// Errors: kUnavailable, with what to install.
 Result<std::string> find_povray(const std::string& name);
 
@@ -31,7 +31,7 @@ struct SceneLimits {
   std::shared_ptr<const SceneAccess> access{};             ///< where files are searched for; none: the scene's folder
 };
 
-/// An image to measure by: linear light, 16 bits a channel, red, green and blue in turn, rows from the top.
+/// An image for measurements: linear light, 16 bits per channel, red, green and blue in turn, rows from the top.
 struct DeepImage {
   int width_px = 0;
   int height_px = 0;
@@ -54,7 +54,7 @@ class Povray {
   /// image), kUnavailable (it could not be started).
   [[nodiscard]] ImageResult render(const RenderJob& job, int stop_fd) const;
 
-  /// Renders an image to measure by: `scene`, which has no poses, without anti-aliasing. Errors: as render().
+  /// Renders an image for measurements: `scene`, which has no poses, without anti-aliasing. Errors: as render().
   [[nodiscard]] Result<DeepImage> render_deep(const std::string& label, const std::string& scene, int width_px,
                                               int height_px) const;
 
@@ -117,9 +117,9 @@ std::size_t most_ppm_bytes(const ViewTemplate& view_template);
 
 // ---- reading what POV-Ray answers, and the error if there is no image (povray_answer.cpp)
 
-/// Parses a binary PPM with 8 bits a channel, and nothing after it, as kRgb8. Errors: kBadData.
+/// Parses a binary PPM with 8 bits per channel, and nothing after it, as kRgb8. Errors: kBadData.
 Result<Image> parse_ppm(std::string_view bytes);
-/// Parses a binary PPM with 16 bits a channel, big-endian as POV-Ray writes them. Errors: kBadData.
+/// Parses a binary PPM with 16 bits per channel, big-endian as POV-Ray writes them. Errors: kBadData.
 Result<DeepImage> parse_deep_ppm(std::string_view bytes);
 
 /// Returns the job's image. Errors: kBadData (no whole image, or one of another size).
@@ -131,7 +131,7 @@ Result<DeepImage> deep_image_from(std::string_view ppm, const RenderJob& job);
 /// @param scene_path replaces the name under which POV-Ray was given the scene
 std::string povray_complaint(const std::string& errors, const std::string& scene_path);
 
-/// Returns the message about a file that is not found, if there is one, as `Cannot find file 'F', ...`.
+/// Returns the message about a file that is not found: `Cannot find file 'F', ...`; empty if there is none.
 std::string missing_file(const std::string& errors);
 
 /// Returns the error of a process that ended without an image: kDisconnected (it crashed), kRefused (POV-Ray reports an

@@ -15,7 +15,7 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Returns a name, so that a message reads the same in every language and C library.
+/// Returns the name of a signal, so that a message reads the same in every language and C library.
 std::string signal_name(int number) {
   const char* name = ::sigabbrev_np(number);
   return name == nullptr ? fmt::format("signal {}", number) : fmt::format("SIG{}", name);
@@ -91,7 +91,7 @@ struct Ppm {
   std::string_view pixels;
 };
 
-/// @param levels greatest value of a channel: 255 or 65535. Errors: kBadData
+/// Parses a PPM. @param levels greatest value of a channel: 255 or 65535. Errors: kBadData
 Result<Ppm> take_ppm_apart(std::string_view bytes, int levels) {
   const auto bad = [](const std::string& what) { return Error{ErrorCode::kBadData, what}; };
   if (!bytes.starts_with("P6")) return bad("no PPM (P6)");
@@ -162,7 +162,7 @@ std::string povray_complaint(const std::string& errors, const std::string& scene
     if (!possible && complaint->text.starts_with("Possible Parse Error: Cannot find")) possible = complaint;
   }
   if (fatal.empty()) return {};
-  // If it stops without a reason, its last warning gives the reason.
+  // If POV-Ray stops without a reason, its last warning gives the reason.
   if (!possible && fatal.find("Uncategorized error") != std::string::npos) possible = last;
   if (possible) return possible->message();
   return fmt::format("{}: POV-Ray: {}", scene_path, fatal);

@@ -24,12 +24,12 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// How often an image that was lost with its process is started again.
+/// The number of times that an image which was lost with its process is started again.
 constexpr int kMaxRetries = 2;
-/// The same for a process that read an old pose, on a machine so busy that a lease was not taken in time. The image is
-/// not the cause of that.
+/// The same number for a process that read an old pose, on a machine so busy that a lease was not taken in time. The
+/// image is not the cause of that.
 constexpr int kMaxStale = 50;
-/// Pause between two attempts to take a lease: POV-Ray sleeps a hundred times as long.
+/// Pause between two attempts to take a lease. POV-Ray sleeps a hundred times as long.
 constexpr auto kRetakeAfter = std::chrono::milliseconds(2);
 
 base::UniqueFd lease_signals() {
@@ -277,7 +277,7 @@ void PovrayPool::take_images() {
 
 void PovrayPool::image_closed(Group& group, std::size_t index) {
   HeldPovray& povray = *group.workers[index].povray;
-  // An image that was not ordered: the process does not behave as expected.
+  // The image was not ordered: the process does not behave as expected.
   if (povray.state() != State::kDrawing) return drop(group, index);
   const std::size_t most = most_ppm_bytes(*group.view_template);
   const std::string bytes = read_at_most(povray.image(), most);
@@ -350,7 +350,7 @@ void PovrayPool::ended(Group& group, std::size_t index) {
   if (!refused) return lose(group, std::move(*order), error);
   order->done(error);
   if (was_drawing) return;
-  // It stopped before the pose: it would stop with every other pose, too.
+  // The process stopped before the pose, so it would stop with every other pose, too.
   for (Order& other : std::exchange(group.queue, {})) other.done(error);
 }
 

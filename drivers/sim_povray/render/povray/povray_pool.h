@@ -30,14 +30,14 @@ class PoseLease {
   /// Starts without a lease: the file can be opened. @throws std::system_error if this machine has no memory file
   explicit PoseLease(const std::string& text);
 
-  /// Descriptor that the child must be given, to open it as /proc/self/fd/N.
+  /// Returns the descriptor that the child must be given, to open it as /proc/self/fd/N.
   [[nodiscard]] int fd() const { return fd_.get(); }
-  /// Whether a process waits to open the file (or was let in by force).
+  /// Returns whether a process waits to open the file (or was let in by force).
   [[nodiscard]] bool wanted() const;
   /// Writes `text` and gives the lease back. @throws std::system_error
   void give(const std::string& text);
-  /// Takes the lease; returns false while a process still has the file open. The signal goes to the calling *thread*,
-  /// which must have it blocked: unhandled, it kills the program. @throws std::system_error if no lease is available
+  /// Takes the lease; returns false while a process still has the file open. The kernel sends the signal to the calling
+  /// *thread*, which must block it: unhandled, it kills the program. @throws std::system_error if no lease is available
   [[nodiscard]] bool take();
 
  private:
@@ -58,7 +58,7 @@ struct Order {
   int failures = 0;          ///< number of processes that were lost with it
   int stale = 0;             ///< number of processes that continued before its pose was written
   /// Use of resources by its process, set once the image is rendered. None: the system does not report it. Memory is
-  /// looked up only if the job asks.
+  /// measured only if the job requires it.
   std::optional<base::ProcessUse> use{};
 };
 
@@ -70,7 +70,7 @@ class HeldScene {
   explicit HeldScene(const ViewTemplate& view_template);
   [[nodiscard]] int fd() const { return fd_.get(); }
   [[nodiscard]] std::string pose_text(int frame, const std::string& pose) const;
-  /// Whether POV-Ray stopped because of an old pose: its lease was broken by force.
+  /// Returns whether POV-Ray stopped because of an old pose: its lease was broken by force.
   static bool is_stale(const std::string& errors);
 
  private:
@@ -78,7 +78,7 @@ class HeldScene {
   base::UniqueFd fd_;
 };
 
-/// A POV-Ray process that renders the frames of an endless animation, and waits for the pose of each. One thread.
+/// A POV-Ray process that renders the frames of an endless animation, and waits for the pose of each; for one thread.
 class HeldPovray {
  public:
   using SteadyTime = std::chrono::steady_clock::time_point;
@@ -100,7 +100,7 @@ class HeldPovray {
 
   /// Checks the lease: kComing becomes kWaiting if POV-Ray waits for the pose.
   void look();
-  /// Whether the lease could not be taken yet, so that look() must be called again soon.
+  /// Returns whether the lease could not be taken yet, so that look() must be called again soon.
   [[nodiscard]] bool is_open() const { return !leased_; }
   /// Hands over the pose of `order`: kWaiting becomes kDrawing. @throws std::system_error
   void draw(Order order);
@@ -108,7 +108,7 @@ class HeldPovray {
   [[nodiscard]] std::filesystem::path image() const;
   /// Ends a frame whose image is written: kDrawing becomes kComing. Returns the order.
   Order finish();
-  /// Takes back the order that it will not finish.
+  /// Takes back the order that the process will not finish.
   std::optional<Order> take_order() { return std::exchange(order_, std::nullopt); }
   /// Reads its error output. Returns false when that has ended.
   bool drain_errors();
@@ -142,9 +142,9 @@ struct PoolSettings {
 /// The held POV-Ray processes and their orders. All of it runs in one thread, in which every signal is blocked; the
 /// processes die with that thread.
 ///
-/// A process belongs to a view template. One is started when a job finds none of its view template waiting, as long as
-/// the view template has fewer than its share of `processes`. A slow program therefore keeps one process, and a fast
-/// one gets all of them.
+/// A process belongs to a view template. A process is started when no process of a job's view template is waiting, as
+/// long as the view template has fewer than its share of `processes`. A slow program therefore keeps one process, and a
+/// fast one gets all of them.
 class PovrayPool {
  public:
   /// @throws std::system_error: no signals, no scratch folder
@@ -157,8 +157,8 @@ class PovrayPool {
   void add(Order order);
   /// Does all that can be done, and waits for the next event or until `wake_fd` is readable.
   void turn(int wake_fd);
-  /// Returns why processes cannot be held on this machine, as found at work; then nothing more is done. Empty: they
-  /// can.
+  /// Returns why processes cannot be held on this machine, as found during the work; the pool then does nothing more.
+  /// Empty: they can be held.
   [[nodiscard]] const std::string& obstacle() const { return obstacle_; }
   /// Returns all unfinished orders, in the order of submission.
   std::vector<Order> give_back();

@@ -15,8 +15,8 @@ class SceneAccess {
   /// @param scene_paths folders that are readable with all their sub-folders; empty: the scene's own
   SceneAccess(const std::filesystem::path& scene, const std::vector<std::filesystem::path>& scene_paths);
 
-  /// Whether the file, with its links followed, lies below a readable folder, POV-Ray's libraries or the system's
-  /// fonts.
+  /// Returns whether the file, with its links followed, lies below a readable folder, POV-Ray's libraries or the
+  /// system's fonts.
   [[nodiscard]] bool may_read(const std::filesystem::path& file) const;
   /// Returns the folders that are readable for the scene: real, absolute paths.
   [[nodiscard]] const std::vector<std::string>& readable() const { return readable_; }
@@ -33,8 +33,8 @@ class SceneAccess {
   /// Returns the path of a file as a scene names it, readable or not; empty: there is none.
   [[nodiscard]] std::filesystem::path find(const std::string& name) const;
 
-  /// Returns what to add to a message of POV-Ray about a file that it cannot open: that a scene may not read or write
-  /// it, and the line of the map that allows it. Empty if the message is about something else.
+  /// Returns an addition to a message of POV-Ray about a file that it cannot open: that a scene may not read or write
+  /// the file, and the line of the map that allows it. Empty if the message is about something else.
   [[nodiscard]] std::string advice(std::string_view complaint) const;
   /// Returns the message about a file that exists and may not be read.
   [[nodiscard]] static std::string refusal(const std::filesystem::path& file);
