@@ -21,20 +21,19 @@ namespace twocone::vision {
 ///    of that colour is the upper match.
 /// 3. The distance between the two is the disparity.
 ///
-/// Equation 1 gives the near edge of the landmark's top; `range_m` is that plus the landmark's radius: our only
-/// addition.
+/// Equation 1 gives the near edge of the landmark's top; `range_m` is that plus the landmark's radius. This is our only
+/// addition to the paper.
 ///
 /// Decisions where the paper leaves a choice:
 /// * "Above the colour threshold" is the test of HueLabels, with its constants.
-/// * A circle of radius k holds the pixels whose distance from the centre rounds to k, so that no pixel lies between
-///   circles.
+/// * A circle of radius k holds the pixels whose distance from the centre rounds to k, so none lies between circles.
 /// * Where a circle holds several pixels of the colour, the match is the middle one of the first run, counted from the
 ///   image's x axis.
 /// * The outermost circle whose pixels lie wholly in the mirror is tested first. A match on it is `truncated`, since
 ///   the top may lie outside. (The paper writes 0 for a landmark that is too close.)
-/// * The two images' centres, azimuths and focal lengths may differ: the lower match is transferred by its bearing and
-///   its radius over v, and the upper match is transferred back in the same way before the distance is taken. Where
-///   they are equal, as in the paper, this changes nothing.
+/// * The two images' centres, azimuths and focal lengths may differ. The lower match is transferred by its bearing and
+///   its radius over v, and the upper match is transferred back in the same way before the distance is measured. If the
+///   images agree in all three, as in the paper, this changes nothing.
 /// * No sigma is given, as the paper gives none.
 ///
 /// Domain: both cones have an apex of 90 degrees and the same R and d, no tilt, no offset and no lens distortion.
@@ -46,7 +45,7 @@ class PaperRanging {
   PaperRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                const std::vector<std::size_t>& wanted = {});
 
-  /// One measurement for each target, in their order.
+  /// Returns one measurement for each target, in their order.
   /// @param lower,upper CV_8UC3, r g b, sRGB-coded. @throws std::invalid_argument for another type or size
   [[nodiscard]] std::vector<RangeMeasurement> measure(const cv::Mat& lower, const cv::Mat& upper) const;
 

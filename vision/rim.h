@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-/// The circles of a mirror in the camera's image: its rim, roughly and to sub-pixels, and its tip.
+/// Finds a mirror's rim in the camera's image, roughly and to sub-pixels, and the point of its tip.
 namespace twocone::vision {
 
 /// The rim of a mirror as a circle in the image.
@@ -32,8 +32,8 @@ struct RimCircle {
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected);
 
 /// Returns whether brightness changes clearly, by 12 grey levels, in a third of the directions in which find_rim()
-/// searches, not counting edges where the image gets dark to the end of the search. If not, a rim that is not found
-/// means nothing: it may be there without contrast to its background.
+/// searches. Edges where the image gets dark to the end of the search do not count. If this is false, no conclusion
+/// follows from a rim that is not found: it may be present without contrast to its background.
 /// @throws as find_rim()
 bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected);
 
@@ -47,7 +47,8 @@ struct RimMeasurement {
   double support = 0;     ///< share of the directions whose edge lies on the circle, 0 to 1
 };
 
-/// Each pixel's median over the images of a drive, channel by channel: the surroundings blur, rim and mountings remain.
+/// Returns each pixel's median over the images of a drive, channel by channel. The surroundings blur, while the rim and
+/// its mountings remain.
 /// @param images CV_8UC3 of one size, at least one. @throws std::invalid_argument otherwise
 cv::Mat median_image(std::span<const cv::Mat> images);
 
@@ -81,12 +82,12 @@ struct TipMeasurement {
 ///
 /// A tilt t bends the lines: the answer is off by about t reach^2 / v (0.02 px for half a degree, 40 px and v 700 px).
 /// In images without anti-aliasing edges are stairs, and the answer is off by up to 0.2 px: kLeastTipSigma_px.
-/// It checks the result of calibrate() and is not a part of it. Nothing where fewer than 100 edge pixels agree.
+/// The answer checks the result of calibrate() and is not a part of it. Nothing where fewer than 100 edge pixels agree.
 /// @param images CV_8UC3. @throws std::invalid_argument for another type or a reach that is not > 8
 std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const Eigen::Vector2d& expected_px,
                                           double reach_px);
 
-/// Interpolates between the centres of a grey image's pixels; nothing outside them.
+/// Interpolates between the centres of a grey image's pixels. Returns nothing outside them.
 template <typename Pixel>
 std::optional<double> bilinear(const cv::Mat& grey, const Eigen::Vector2d& p) {
   if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) return std::nullopt;
