@@ -73,8 +73,9 @@ namespace twocone::localisation {
 Fix fix_by_least_squares(std::span<const LandmarkMeasurement> measurements);
 
 /// Computes the Cramer-Rao bound of (x, y, heading) at a pose: the inverse of the sum of J_i^T I_i J_i. I_i is the
-/// information (inverse covariance) of (range, bearing) of landmark i, which may be singular. Nothing where the sum is
-/// singular, to rounding, or not finite. A landmark at the position of the pose has no gradient and adds nothing.
+/// information (inverse covariance) of (range, bearing) of landmark i, which may be singular. Returns nothing where the
+/// sum is singular, to rounding, or not finite. A landmark at the position of the pose has no gradient and adds
+/// nothing.
 /// @throws std::invalid_argument where the two spans differ in length
 std::optional<Eigen::Matrix3d> pose_bound(const Pose& pose, std::span<const Eigen::Vector2d> landmarks_m,
                                           std::span<const Eigen::Matrix2d> information);

@@ -86,9 +86,9 @@ struct Transfer {
 
 /// Measures the transfer between two images of the same scene, which may be shifted by a few pixels. It uses
 /// tiles of 8 x 8 px that are plain in both images and neither dark nor near full scale. The limit near full scale is
-/// applied to the level that the fit expects, so that noise does not select tiles. Tiles that disagree, as where a
-/// landmark has moved, get weight 0 (Tukey). The gain is that at rho = 0. Equal images give exactly 0. Nothing where a
-/// channel has fewer than 30 such tiles.
+/// applied to the level that the fit expects, because noise must not select tiles. Tiles that disagree, as where a
+/// landmark has moved, get weight 0 (Tukey). The gain is that at rho = 0. Equal images give exactly 0. Returns nothing
+/// where a channel has fewer than 30 such tiles.
 /// @throws std::invalid_argument also where sizes differ
 std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& real_rgb, const ImageRegion& region);
 
@@ -100,7 +100,7 @@ std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& re
 ///
 /// With the image smoothed by two Gaussians of variance a < b, an edge of spread v has steepnesses of ratio
 /// R^2 = (b + v) / (a + v), so v = (b - R^2 a) / (R^2 - 1) (Zhuo and Sim 2011). This is exact for Gaussian spread; a
-/// disc of radius r adds r^2 / 4, and somewhat less from 2 px on. Nothing where there are fewer than 30 edges.
+/// disc of radius r adds r^2 / 4, and somewhat less from 2 px on. Returns nothing where there are fewer than 30 edges.
 std::optional<double> blur_px(const cv::Mat& rgb, const ImageRegion& region);
 
 /// Returns the simulator's `defocus_px` that changes one spread into the other. It inverts the answer of blur_px() for

@@ -46,8 +46,8 @@ class Lens {
   [[nodiscard]] std::optional<Eigen::Vector2d> distort(const Eigen::Vector2d& pinhole_px) const;
   /// As distort(), with the derivative by `pinhole_px`.
   [[nodiscard]] std::optional<PixelWithJacobian<2>> distort_with_jacobian(const Eigen::Vector2d& pinhole_px) const;
-  /// Inverts distort() by Newton's method, in at most kSteps steps. Nothing where it does not converge, and for input
-  /// that is not finite.
+  /// Inverts distort() by Newton's method, in at most kSteps steps. Returns nothing where it does not converge, and for
+  /// input that is not finite.
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort(const Eigen::Vector2d& pixel) const;
 
  private:
@@ -133,20 +133,21 @@ class MirrorView {
   [[nodiscard]] double focal_length_px() const { return focal_length_px_; }
 
   /// Returns the radius h in the undistorted image of a point at `distance_m` >= 0 from the unit's axis and `height_m`
-  /// above the *floor*, in the unit's frame. Nothing where the mirror does not show it: at or beyond the tip's ray
-  /// (h <= 0) or, with Rim::kEnds, outside the rim (h > r_m).
+  /// above the *floor*, in the unit's frame. Returns nothing where the mirror does not show it: at or beyond the tip's
+  /// ray (h <= 0) or, with Rim::kEnds, outside the rim (h > r_m).
   [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m, Rim rim = Rim::kEnds) const;
 
-  /// Returns the pixel (column, row) that shows the body-frame point `p_BQ_m`. Nothing where image_radius_px gives
-  /// nothing, on the axis itself (where no bearing exists), where the lens has no answer, and for input that is not
-  /// finite.
+  /// Returns the pixel (column, row) that shows the body-frame point `p_BQ_m`. Returns nothing where image_radius_px
+  /// gives nothing, on the axis itself (where no bearing exists), where the lens has no answer, and for input that is
+  /// not finite.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_BQ_m) const;
   /// Returns the same pixel, up to rounding, with its derivative by `p_BQ_m` in px/m.
   [[nodiscard]] std::optional<PixelWithJacobian<3>> project_with_jacobian(const Eigen::Vector3d& p_BQ_m,
                                                                           Rim rim = Rim::kEnds) const;
 
-  /// Returns the ray that the pixel sees, from the mirror's surface outwards, in the body frame. Nothing exactly at the
-  /// tip, outside the rim (with Rim::kEnds), where the lens has no answer, and for input that is not finite.
+  /// Returns the ray that the pixel sees, from the mirror's surface outwards, in the body frame. Returns nothing
+  /// exactly at the tip, outside the rim (with Rim::kEnds), where the lens has no answer, and for input that is not
+  /// finite.
   [[nodiscard]] std::optional<Ray> back_project(const Eigen::Vector2d& pixel, Rim rim = Rim::kEnds) const;
 
   /// Maps a pixel of the undistorted image to the camera's image, and back. The mirror has no influence on this. Lens

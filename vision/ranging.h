@@ -27,12 +27,12 @@ struct Sighting {
 inline Eigen::Vector2d place_m(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
 
 /// Returns the landmark's axis in the body frame, if the view's ray meets the near point at the height of its top.
-/// Nothing where the ray does not reach that height.
+/// Returns nothing where the ray does not reach that height.
 std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray& ray, double radius_m, double top_m);
 
 /// Returns the near point in the body frame, p_BL - radius_m * outwards at height `top_m` over the floor. `outwards` is
-/// the horizontal unit vector from the view's axis (MirrorViewSettings::axis_offset_m) to the landmark's. Nothing where
-/// the view's axis lies within the landmark, and for input that is not finite.
+/// the horizontal unit vector from the view's axis (MirrorViewSettings::axis_offset_m) to the landmark's. Returns
+/// nothing where the view's axis lies within the landmark, and for input that is not finite.
 std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m,
                                               double top_m);
 

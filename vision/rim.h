@@ -19,8 +19,8 @@ struct RimCircle {
 
 /// Searches for the rim within a fifth of `expected`'s radius about it: finds the strongest step of brightness along
 /// each of 360 directions, then the circle that fits most of those edges (least squares, with less weight the farther
-/// an edge is from the circle). Nothing where no circle agrees with more than a third of the directions (an even
-/// background, an image without mirror).
+/// an edge is from the circle). Returns nothing where no circle agrees with more than a third of the directions (an
+/// even background, an image without mirror).
 ///
 /// Edges at which the image gets dark and stays dark to the end of the search count only where the others make no
 /// circle. An image may hold only the mirror and its nearest surroundings, and the end of these is not the rim; but a
@@ -61,8 +61,8 @@ cv::Mat median_image(std::span<const cv::Mat> images);
 /// Sigmas are those of the edges' scatter, two neighbouring edges counted as one, but not below kLeastRimSigma_px: a
 /// camera that is slightly off the mirror's axis shows the rim a little off the tip, and no image can distinguish that
 /// from noise.
-/// @param rgb median_image(), sRGB-coded. Nothing where find_rim() gives nothing. @throws std::invalid_argument as
-/// find_rim()
+/// @param rgb median_image(), sRGB-coded
+/// @returns nothing where find_rim() gives nothing. @throws std::invalid_argument as find_rim()
 std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected);
 constexpr double kLeastRimSigma_px = 0.05;
 
@@ -82,7 +82,8 @@ struct TipMeasurement {
 ///
 /// A tilt t bends the lines: the answer is off by about t reach^2 / v (0.02 px for half a degree, 40 px and v 700 px).
 /// In images without anti-aliasing edges are stairs, and the answer is off by up to 0.2 px: kLeastTipSigma_px.
-/// The answer checks the result of calibrate() and is not a part of it. Nothing where fewer than 100 edge pixels agree.
+/// The answer checks the result of calibrate() and is not a part of it. Returns nothing where fewer than 100 edge
+/// pixels agree.
 /// @param images CV_8UC3. @throws std::invalid_argument for another type or a reach that is not > 8
 std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const Eigen::Vector2d& expected_px,
                                           double reach_px);

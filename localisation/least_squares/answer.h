@@ -62,9 +62,9 @@ constexpr int kFewestBelieved = 3;
 /// Up to this number of landmarks, every single one and every pair is left out in turn.
 constexpr int kMostTriedInTurn = 8;
 
-/// Solves an inconsistent problem without its wrong landmarks. Nothing where no set can be left out so that the others
-/// agree, or where several such sets give different places. Fewer are left out than believed, and kFewestBelieved or
-/// more are believed.
+/// Solves an inconsistent problem without its wrong landmarks. Returns nothing where no set can be left out so that the
+/// others agree, or where several such sets give different places. Fewer are left out than believed, and
+/// kFewestBelieved or more are believed.
 ///
 /// Up to kMostTriedInTurn landmarks: leaves out each one, then each pair, and takes the smallest set without which the
 /// others are consistent. If there is no such set, or with more landmarks, it uses consensus. Small samples (two

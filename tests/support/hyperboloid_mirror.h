@@ -34,11 +34,11 @@ class HyperboloidMirror {
   /// Returns the slope at which the lens sees the rim.
   [[nodiscard]] double rim_slope() const { return rim_slope_; }
 
-  /// Returns the slope at which the lens sees a point at `distance_m` >= 0 from the axis. Nothing beyond the rim,
-  /// behind the mirror's surface, and for input that is not finite.
+  /// Returns the slope at which the lens sees a point at `distance_m` >= 0 from the axis. Returns nothing beyond the
+  /// rim, behind the mirror's surface, and for input that is not finite.
   [[nodiscard]] std::optional<double> slope(double distance_m, double height_m) const;
 
-  /// Returns the elevation, from F, of the ray that the lens sees at `slope`. Nothing outside 0 to rim_slope().
+  /// Returns the elevation, from F, of the ray that the lens sees at `slope`. Returns nothing outside 0 to rim_slope().
   [[nodiscard]] std::optional<double> elevation_rad(double slope) const;
 
  private:

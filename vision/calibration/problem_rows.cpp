@@ -57,7 +57,7 @@ std::vector<const Match*> agreeing(const std::vector<Match>& matches, const Eige
 
 /// Returns a start pose (x m, y m, heading rad). Each sighting gives the landmark's place in the body frame (its ray
 /// meets the known height of the top). The pose is the rotation and translation with which most of these places agree,
-/// tried for every two landmarks. Nothing where fewer than two landmarks agree to kAgree_m.
+/// tried for every two landmarks. Returns nothing where fewer than two landmarks agree to kAgree_m.
 std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<Landmark>& landmarks,
                                           const CalibrationFrame& frame) {
   std::vector<Match> matches;

@@ -33,7 +33,7 @@ Eigen::Vector2f gradient(const cv::Mat_<float>& light, int row, int column) {
 }
 
 /// Returns the greatest steepness on the line from one neighbour to the opposite one. Steepness is Gaussian along any
-/// line across an edge, so its logarithm is a parabola. Nothing where the maximum is not between the two.
+/// line across an edge, so its logarithm is a parabola. Returns nothing where the maximum is not between the two.
 std::optional<double> peak(const cv::Mat_<float>& light, int row, int column, int down, int right) {
   std::array<double, 3> logs{};
   for (int i = 0; i < 3; ++i) {

@@ -53,7 +53,8 @@ class ViewFitter {
   /// Returns the cylinder whose near point is where the candidate's ray has the height `top_m`.
   [[nodiscard]] std::optional<Cylinder> place(const Candidate& candidate, double radius_m, double top_m) const;
 
-  /// Returns the near point of the top from the finder alone (Stage::kFound). Nothing where the candidate has no place.
+  /// Returns the near point of the top from the finder alone (Stage::kFound). Returns nothing where the candidate has
+  /// no place.
   [[nodiscard]] std::optional<Sighting> found(const Candidate& candidate, double radius_m, double top_m) const;
 
   /// Fits the outline roughly, from a place that is accurate to kCoarseReach_px.
