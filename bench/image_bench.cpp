@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the cost of converting a camera's image to RGB, by to_rgb8 compared with OpenCV. One image of 640 x 480
-// pixels is converted in one thread, by each into separate memory. Quote ratios from one run of this program, and
-// medians:
+// Measures the cost of converting a camera's image to RGB, by to_rgb8 compared with OpenCV: one image of 640 x 480
+// pixels, in one thread, each into separate memory. Quote ratios from one run of this program, and medians:
 // --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
 
 #include <benchmark/benchmark.h>

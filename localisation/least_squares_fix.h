@@ -44,15 +44,15 @@ namespace twocone::localisation {
 ///   gap.
 /// * Outliers: a search starts where noise would cause a chi-squared as large as that of the fit, or of one landmark
 ///   against the forecast of the others, with a probability below 1e-4. It finds the smallest set of landmarks without
-///   which the others agree (least_squares/answer.h). With up to 8 landmarks each one or two are tried in turn;
-///   otherwise any number is found by consensus of samples in a fixed order, at a cost linear in the landmarks, 17 to
-///   30 times the fix without outliers (FixWithOutliers compared with FixByLeastSquares in bench/localisation_bench,
-///   and fix_outliers_test). Fewer are left out than believed, and three or more are believed: two against one cannot
-///   be decided. If two such sets give different positions, or no set makes the others agree, the verdict is
-///   kContradictory. The exception is a chi-squared of at most 9 times its degrees of freedom (3 or more): then all are
-///   used, and the sigmas are taken as too small. An error cannot be found if the other measurements do not forecast it
-///   accurately enough: tests/localisation/least_squares_statistics_test.cpp counts such rooms. Up to half may be
-///   wrong; if more than half are wrong in agreement, the wrong ones are believed.
+///   which the others agree (least_squares/answer.h). With up to 8 landmarks each one or two are tried in turn; if that
+///   fails, or with more landmarks, any number is found by consensus of samples in a fixed order, at a cost linear in
+///   the landmarks, 17 to 30 times the fix without outliers (FixWithOutliers compared with FixByLeastSquares in
+///   bench/localisation_bench, and fix_outliers_test). Fewer are left out than believed, and three or more are
+///   believed: two against one cannot be decided. If two such sets give different positions, or no set makes the others
+///   agree, the verdict is kContradictory. The exception is a chi-squared of at most 9 times its degrees of freedom (3
+///   or more): then all are used, and the sigmas are taken as too small. An error cannot be found if the other
+///   measurements do not forecast it accurately enough: tests/localisation/least_squares_statistics_test.cpp counts
+///   such rooms. Fewer than half may be wrong; if more than half are wrong in agreement, the wrong ones are believed.
 /// * A length 1e8 times the median length is left out beforehand, as an outlier, if the others give a fix that three
 ///   landmarks confirm and that contradicts that length.
 /// * A measurement with a number that is negative (range) or not finite, or with a covariance that is not positive
@@ -61,9 +61,8 @@ namespace twocone::localisation {
 ///   which is the sigma of a uniform direction, is ignored. Range 0 is data. A landmark nearer than the sigma of the
 ///   position has no gradient (T16): the covariance is that of the others.
 /// * No range is taken as more accurate than the doubles that hold it and the landmarks' coordinates.
-/// * Landmarks at one place count as one. The verdict is kTooFew if all of them are at one place, or if the covariance
-/// is
-///   too large for a double.
+/// * Landmarks at one place count as one. The verdict is kTooFew if all of them are at one place, or if the
+///   covariance is too large for a double.
 /// * Where chi-squared is beyond its 95 % quantile (3 degrees of freedom or more), the covariance is multiplied by
 ///   chi-squared over its degrees of freedom (Birge's ratio, Fix::widening).
 ///
