@@ -49,7 +49,7 @@ class Odometry {
   Odometry(const WheelGeometry& wheels, const Pose& start);
 
   /// Updates the pose by the wheels' total angles and returns it; the first call only sets the zero.
-  /// @throws std::invalid_argument for angles that are not finite
+  /// @throws std::invalid_argument for angles that are not finite and a distance beyond the range of doubles
   const Pose& update(double left_rad, double right_rad);
 
   [[nodiscard]] const Pose& pose() const { return pose_; }

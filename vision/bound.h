@@ -41,7 +41,7 @@ namespace twocone::vision {
 /// @param p_BL_m position of the landmark's axis, body frame
 /// @returns information on (range, bearing); the information of both views is the sum. It is empty where the view
 /// does not show the near point, or where the body's origin lies on the landmark's axis.
-/// @throws std::invalid_argument for edge_noise_px or radius not > 0 (zero noise is refused)
+/// @throws std::invalid_argument for edge_noise_px or radius not > 0 (zero noise is refused), or a top not finite
 std::optional<Eigen::Matrix2d> sighting_information(const MirrorView& view, const Landmark& target,
                                                     const Eigen::Vector2d& p_BL_m, double edge_noise_px);
 

@@ -225,9 +225,10 @@ bool can_calibrate();
 /// as an uncertain constant in the sigmas of the others ("consider" covariance: Schmidt 1966; Bierman 1977, ch. 8).
 /// Outliers are found with a Cauchy loss whose scale shrinks. Then sightings beyond kOutlierSigmas are left out, and
 /// the rest is solved by plain least squares.
-/// @throws std::invalid_argument naming each value outside its domain: a landmark's index, a covariance that is not
-/// positive definite, priors and wheels that are not > 0, wheel readings that are not finite or run backwards, twists
-/// and times that are not finite, a landmark_sigma_m or height_px that is not >= 0
+/// @throws std::invalid_argument naming each value outside its domain: a landmark's index, place, top or radius, a
+/// pixel that is not finite, a covariance that is not positive definite, priors and wheels that are not > 0, wheel
+/// readings that are not finite or run backwards, twists and times that are not finite, a rim's circle or sigmas, a
+/// systematic_px, landmark_sigma_m or height_px that is not >= 0
 CalibrationResult calibrate(const CalibrationProblem& problem);
 
 /// A landmark's shift minus the shift that the best common translation, rotation and scale of the other landmarks

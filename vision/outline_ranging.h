@@ -93,8 +93,9 @@ class OutlineRanging {
  public:
   /// @param wanted indices of the targets to search for; empty: all. The hues of the others are still distinguished
   /// from theirs, and the verdict of the others is kNotSeen.
-  /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue or radius, or whose greatest
-  /// range is not greater than the radius; std::out_of_range for a wanted index that is not a target
+  /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue, or whose radius or top is
+  /// not > 0, or whose greatest range is not greater than the radius; std::out_of_range for a wanted index that is not
+  /// a target
   OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                  const std::vector<std::size_t>& wanted = {});
 

@@ -36,12 +36,13 @@ namespace twocone::vision {
 ///   images agree in all three, as in the paper, this changes nothing.
 /// * No sigma is given, as the paper gives none.
 ///
-/// Domain: both cones have an apex of 90 degrees and the same R and d, no tilt, no offset and no lens distortion.
+/// Domain: both cones have an apex of 90 degrees and the same R and d, no tilt, no offset, no lens distortion; s > 0.
 /// Error growth: sigma_range = (range + d)^2 sigma_disparity / (v s).
 class PaperRanging {
  public:
   /// @param wanted indices of the targets to search for; empty: all. The verdict of the others is kNotSeen.
-  /// @throws std::invalid_argument for a rig outside the domain, std::out_of_range for a wanted index that is no target
+  /// @throws std::invalid_argument for a rig outside the domain, sizes that are not > 0, and targets without hue or
+  /// radius; std::out_of_range for a wanted index that is not a target
   PaperRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                const std::vector<std::size_t>& wanted = {});
 

@@ -28,7 +28,8 @@ struct RimCircle {
 ///
 /// The accuracy is sub-pixel where the step is sharp, but it depends on the contrast between rim and background: this
 /// is a check, not a calibration.
-/// @param rgb CV_8UC3. @throws std::invalid_argument for another type or an `expected.radius_px` that is not > 0
+/// @param rgb CV_8UC3. @throws std::invalid_argument for another type, an `expected.radius_px` that is not > 0, and
+/// numbers of `expected` that are not finite
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected);
 
 /// Returns whether brightness changes clearly, by 12 grey levels, in a third of the directions in which find_rim()
