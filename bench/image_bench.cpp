@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the cost of converting a camera's image to RGB: to_rgb8 compared with OpenCV, in one thread, for one image
-// of 640 x 480 pixels, each into memory of its own. Quote ratios from one run of this program, and medians:
+// Measures the cost of converting a camera's image to RGB, by to_rgb8 compared with OpenCV: one image of 640 x 480
+// pixels, in one thread, each into separate memory. Quote ratios from one run of this program, and medians:
 // --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
 
 #include <benchmark/benchmark.h>
@@ -16,7 +16,7 @@ using namespace twocone;  // NOLINT(google-build-using-namespace): a program of 
 constexpr int kWidthPx = 640;
 constexpr int kHeightPx = 480;
 
-/// An image with slowly changing colours and a little noise, similar to the input of a JPEG decoder.
+/// Returns an image with slowly changing colours and a little noise, similar to the input of a JPEG decoder.
 cv::Mat bgr_image() {
   cv::Mat image(kHeightPx, kWidthPx, CV_8UC3);
   for (int row = 0; row < kHeightPx; ++row) {
@@ -30,7 +30,7 @@ cv::Mat bgr_image() {
   return image;
 }
 
-/// The layout's bytes as an OpenCV image; their content does not affect the cost.
+/// Returns the layout's bytes as an OpenCV image; their content does not affect the cost.
 cv::Mat raw_image(PixelFormat format) {
   const cv::Mat bgr = bgr_image();
   const int size = int(*image_bytes(format, kWidthPx, kHeightPx));

@@ -15,7 +15,7 @@ namespace {
 
 using namespace twocone;  // NOLINT(google-build-using-namespace): a program of its own
 
-/// The reference: one Jacobi SVD with both bases.
+/// Measures the reference: one Jacobi SVD with both bases.
 void SvdOfMatrix3d(benchmark::State& state) {
   Eigen::Matrix3d m;
   m << 0.83, -1.27, 0.41, 2.13, 0.37, -0.59, -0.71, 1.91, 1.13;
@@ -30,7 +30,8 @@ void SvdOfMatrix3d(benchmark::State& state) {
 }
 BENCHMARK(SvdOfMatrix3d);
 
-/// Landmarks round a room, seen from (0.21, -0.34) at 0.7 rad with errors of about a sigma: 3 mm + 2 mm/m, 1.5 mrad.
+/// Returns landmarks round a room, seen from (0.21, -0.34) m at 0.7 rad with errors of about a sigma: 3 mm + 2 mm/m,
+/// 1.5 mrad.
 std::vector<localisation::LandmarkMeasurement> sightings(int count, bool has_bearings) {
   std::vector<localisation::LandmarkMeasurement> all;
   for (int i = 0; i < count; ++i) {
@@ -68,7 +69,7 @@ void FixWithTwoOutliersOfSix(benchmark::State& state) {
 }
 BENCHMARK(FixWithTwoOutliersOfSix);
 
-/// Some landmarks with a range only and some with a bearing only: sets whose minima need a search.
+/// Measures sets whose minima need a search: some landmarks have a range only, others a bearing only.
 void FixOfMixed(benchmark::State& state) {
   const int ranges = int(state.range(0));
   auto measurements = sightings(ranges + int(state.range(1)), true);
@@ -79,7 +80,7 @@ void FixOfMixed(benchmark::State& state) {
 }
 BENCHMARK(FixOfMixed)->Args({1, 2})->Args({1, 3})->Args({2, 2})->Args({3, 3});
 
-/// Every third or fourth landmark is elsewhere.
+/// Measures sets in which every third or fourth landmark is elsewhere.
 void FixWithOutliers(benchmark::State& state) {
   auto measurements = sightings(int(state.range(0)), true);
   const std::size_t step = std::size_t(state.range(0) / state.range(1));

@@ -16,8 +16,8 @@
 
 namespace twocone::bench {
 
-/// The peak memory of this program and all processes that it has started, sampled every 50 ms: the sum of their
-/// proportional set sizes (/proc/PID/smaps_rollup), in which a shared page is divided among its users.
+/// Measures the peak memory of this program and all processes that it has started, in MiB, sampled every 50 ms. It is
+/// the sum of their proportional set sizes (/proc/PID/smaps_rollup), in which a shared page is divided among its users.
 class MemoryMeter {
  public:
   MemoryMeter() : thread_([this] { watch(); }) {}

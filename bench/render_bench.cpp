@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares rendering with the obvious method, in one run on one machine: the same recorded stereo frames and the same
-// closed loop, once with a POV-Ray process per image, started as by hand, and once with held processes.
+// Compares rendering with the obvious method, in one run on one machine. The same recorded stereo frames and the same
+// closed loop are rendered once with a POV-Ray process per image, started as by hand, and once with held processes.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -56,8 +56,8 @@ struct Options {
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// Processor time of this program and of all processes that it has started and reaped, which does not depend on other
-/// programs.
+/// Returns the processor time of this program and of all processes that it has started and reaped. It does not depend
+/// on other programs.
 double processor_s() {
   double sum = 0;
   for (const int processes : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -68,7 +68,7 @@ double processor_s() {
   return sum;
 }
 
-/// The robot's motion in a frame: on a circle of 1 m diameter through its start.
+/// Returns the robot's motion in a frame, on a circle of 1 m diameter through its start.
 FloorMotion motion(int frame) {
   const double a = 0.021 * frame;
   return motion_between({0, 0, 0}, {0.5 * std::sin(a), 0.5 - 0.5 * std::cos(a), std::remainder(a, 2 * M_PI)});
@@ -102,7 +102,7 @@ View our_view(const Stereo& stereo, const Povray& povray, const NamedBlock& came
   return view;
 }
 
-/// Makes an image as by hand: scene into a file, POV-Ray, PNG.
+/// Makes an image as by hand: writes the scene into a file and runs POV-Ray on it. Returns the path of the PNG.
 fs::path obvious_image(const Stereo& stereo, const std::string& program, const fs::path& folder, int frame,
                        std::size_t view, Size size, const std::vector<std::string>& more = {}) {
   const std::string name = fmt::format("{:06}_{}", frame, view);
@@ -153,7 +153,7 @@ cv::Mat bgr(const Image& image) {
   return result;
 }
 
-/// The number of pixels inside the mirror that differ.
+/// Returns the number of pixels inside the mirror that differ.
 int different_inside(const cv::Mat& a, const cv::Mat& b, const MirrorSight& sight) {
   int count = 0;
   for (int row = 0; row < a.rows; ++row) {
@@ -165,7 +165,7 @@ int different_inside(const cv::Mat& a, const cv::Mat& b, const MirrorSight& sigh
   return count;
 }
 
-/// Records a run by our method: many frames in progress, each image written as PNG. Returns seconds.
+/// Records a run by our method, with many frames in progress, and writes each image as PNG. Returns seconds.
 double record(const Stereo& stereo, Renderer& renderer, const std::vector<View>& views, int frames,
               const fs::path& folder) {
   constexpr int kUnderWay = 24;  // images

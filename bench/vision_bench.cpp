@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the cost of one stereo frame above the HAL. Quote ratios from one run of this program: of OutlineOfAPair to
-// PairToHsv, OpenCV's conversion of the same pair from BGR to HSV in one thread; of others to DecodePngPair, the work
-// of reading the same two images from a run folder. Quote medians:
+// Measures the cost of one stereo frame above the HAL. Quote ratios from one run of this program. Compare
+// OutlineOfAPair with PairToHsv, OpenCV's conversion of the same pair from BGR to HSV in one thread. Compare others
+// with DecodePngPair, the work of reading the same two images from a run folder. Quote medians:
 // --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
 
 #include <array>
@@ -41,7 +41,7 @@ std::vector<Landmark> six_targets() {
           {"cyan", {0, 1, 1}, 0, 0, 0.15}, {"magenta", {1, 0, 1}, 0, 0, 0.15}, {"yellow", {1, 1, 0}, 0, 0, 0.15}};
 }
 
-/// Six spokes on grey, from the tip out to `radius_px`: similar to landmarks, with as many coloured pixels.
+/// Returns six spokes on grey, from the tip out to `radius_px`: similar to landmarks, with as many coloured pixels.
 cv::Mat image(double radius_px) {
   const cv::Vec3b colours[] = {{200, 20, 20},  {20, 200, 20},  {20, 20, 200},
                                {20, 200, 200}, {200, 20, 200}, {200, 200, 20}};
@@ -101,7 +101,7 @@ const LabPair& lab_pair() {
   return pair;
 }
 
-/// The fix from measurements of the lab's landmarks.
+/// Computes the fix from measurements of the lab's landmarks.
 localisation::Fix fix_of(const std::vector<vision::RangeMeasurement>& measured, const LabPair& lab) {
   std::vector<localisation::LandmarkMeasurement> measurements;
   for (std::size_t k = 0; k < measured.size(); ++k) {
@@ -112,7 +112,7 @@ localisation::Fix fix_of(const std::vector<vision::RangeMeasurement>& measured, 
   return localisation::fix_by_least_squares(measurements);
 }
 
-/// Vision and localisation of one stereo frame.
+/// Measures vision and localisation of one stereo frame.
 void OutlineOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
   const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
@@ -124,7 +124,7 @@ void OutlineOfAPair(benchmark::State& state) {
 }
 BENCHMARK(OutlineOfAPair)->Unit(benchmark::kMillisecond);
 
-/// As OutlineOfAPair, with all landmarks measured to a stage.
+/// Measures as OutlineOfAPair, with all landmarks measured to a stage.
 void StageOfAPair(benchmark::State& state, vision::Stage stage) {
   const LabPair& lab = lab_pair();
   const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
@@ -142,7 +142,8 @@ BENCHMARK(FoundOfAPair)->Unit(benchmark::kMillisecond);
 void CoarseOfAPair(benchmark::State& state) { StageOfAPair(state, vision::Stage::kCoarse); }
 BENCHMARK(CoarseOfAPair)->Unit(benchmark::kMillisecond);
 
-/// As OutlineOfAPair, refined until the position's sigma is this number of tenths of a millimetre; 0: all landmarks.
+/// Measures as OutlineOfAPair, refined until the position's sigma is this number of tenths of a millimetre; 0: all
+/// landmarks.
 void AdaptiveOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
   const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);

@@ -9,7 +9,7 @@
 namespace twocone::localisation {
 
 /// Returns whether `c` is a valid covariance: finite, symmetric to rounding, and positive definite. The test scales the
-/// diagonal to 1, so that neither units nor size matter.
+/// diagonal to 1, so units and size do not matter.
 template <int N>
 bool is_covariance(const Eigen::Matrix<double, N, N>& c) {
   if (!c.allFinite() || !(c.diagonal().minCoeff() > 0)) return false;

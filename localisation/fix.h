@@ -49,9 +49,9 @@ struct Fix {
   /// Factor by which the covariances were multiplied because the measurements scatter more than their sigmas; 1: none.
   double widening = 1;
   /// kWeak: unit vector of (x, y, heading) along which the measurements give no information to first order. The
-  /// covariance is of first order across it. Along it, the covariance is the likelihood's mean square near the position
-  /// (finite even where nothing bounds it), which is not reliable: code that uses the fix elsewhere along this
-  /// direction must follow the measurements, not the line.
+  /// covariance is of first order across it. Along it, the covariance is the likelihood's mean square near the
+  /// position, which is finite even where nothing bounds it, and is not reliable. Code that uses the fix elsewhere
+  /// along this direction must follow the measurements, not the line.
   std::optional<Eigen::Vector3d> unseen_direction;
   /// kWeak: the measurements of the fix, without the outliers. The position may be far along an arc from the robot, so
   /// code with more information, such as the filter, starts from these measurements and not from the tangent at the
@@ -64,8 +64,8 @@ struct Fix {
   int unusable = 0;            ///< measurements left out because they are invalid (negative range, not finite)
 };
 
-/// Returns whether the position is taken as the robot's, so that a behaviour may steer by it. It is not for kWeak,
-/// whose position may be anywhere along its unseen direction, nor for kOutOfBounds, nor for one of two answers.
+/// Returns whether a behaviour may steer by the position as that of the robot. It may not for kWeak, whose position may
+/// be anywhere along its unseen direction, for kOutOfBounds, and for one of two answers.
 inline bool is_place(const Fix& fix) {
   const bool is_given = fix.verdict == FixVerdict::kOk || fix.verdict == FixVerdict::kGap;
   return is_given && fix.position_m && !fix.other_position_m;

@@ -70,8 +70,8 @@ void fill(Fix& fix, const Problem& problem, const Answer& answer, const Frame& f
   }
 }
 
-/// Where the residuals are larger than the stated sigmas explain, too small sigmas are a more likely reason than
-/// chance: the covariance is multiplied by chi-squared over its degrees of freedom (Birge's ratio).
+/// Multiplies the covariance by chi-squared over its degrees of freedom (Birge's ratio) where the residuals are larger
+/// than the stated sigmas explain: sigmas that are too small are a more likely reason than chance.
 void widen(Fix& fix) {
   if (fix.degrees_of_freedom < kLeastWidening || !fix.covariance) return;
   if (chi_squared_tail(fix.chi_squared, fix.degrees_of_freedom) > kUsual) return;
@@ -90,8 +90,8 @@ bool is_mild(const Answer& all) {
 /// Up to this ratio to the largest length, a length loses no more than half of its digits.
 constexpr double kFar = 1e8;
 
-/// Indices of the measurements whose landmark or range is farther out than the median by so much that the others would
-/// lose their digits.
+/// Returns the indices of the measurements whose landmark or range is farther out than the median by so much that the
+/// others would lose their digits.
 std::vector<int> find_far(std::span<const LandmarkMeasurement> measurements) {
   std::vector<double> x;
   std::vector<double> y;
@@ -184,8 +184,8 @@ bool is_expected(const LandmarkMeasurement& m, const Fix& fix) {
   return true;
 }
 
-/// The fix without measurements that are far out by orders of magnitude; nothing unless the others give a fix that
-/// contradicts them.
+/// Computes the fix without measurements that are far out by orders of magnitude. Returns nothing unless the others
+/// give a fix that contradicts these.
 std::optional<Fix> fix_without_far(std::span<const LandmarkMeasurement> measurements) {
   const std::vector<int> far = find_far(measurements);
   if (far.empty() || 2 * far.size() >= measurements.size()) return std::nullopt;
@@ -246,7 +246,7 @@ std::optional<Eigen::Matrix3d> pose_bound(const Pose& pose, std::span<const Eige
     const double dx_m = landmarks_m[i].x() - pose.x_m;
     const double dy_m = landmarks_m[i].y() - pose.y_m;
     const double range_m = std::hypot(dx_m, dy_m);
-    if (range_m == 0) continue;  // no gradient there
+    if (range_m == 0) continue;  // it has no gradient
     const double ux = dx_m / range_m;
     const double uy = dy_m / range_m;
     Eigen::Matrix<double, 2, 3> j;

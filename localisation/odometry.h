@@ -17,7 +17,7 @@ using base::wrap_angle_rad;
 /// @throws std::invalid_argument for another separation
 Pose drive_arc(const Pose& pose, double left_m, double right_m, double separation_m);
 
-/// sin(x) / x, accurate to rounding for every x.
+/// Returns sin(x) / x, accurate to rounding for every x.
 double sinc(double x);
 
 struct WheelGeometry {
@@ -30,8 +30,8 @@ struct WheelTurns {
   double left_rad = 0;
   double right_rad = 0;
 };
-/// Inverse kinematics: left = (arc - turn b / 2) / r, right = (arc + turn b / 2) / r, the inverse of D and T of
-/// Odometry. It is linear, so speeds (m/s, rad/s) give speeds (rad/s).
+/// Computes the inverse kinematics, left = (arc - turn b / 2) / r and right = (arc + turn b / 2) / r: the inverse of D
+/// and T of Odometry. It is linear, so speeds (m/s, rad/s) give speeds (rad/s).
 WheelTurns wheel_turns(const WheelGeometry& wheels, double arc_m, double turn_rad);
 
 /// Dead reckoning from the wheels: the pose from the angles alone, without slip.
@@ -41,16 +41,15 @@ WheelTurns wheel_turns(const WheelGeometry& wheels, double arc_m, double turn_ra
 ///
 ///     x += D sinc(T/2) cos(heading + T/2),   y += D sinc(T/2) sin(heading + T/2),   heading += T,
 ///
-/// which loses no digit near T = 0, where the textbook's v/w form does. (The simulated world has its own arc on
-/// purpose: the truth must not share code with the belief that is compared with it. A test compares both with 50-digit
-/// values.)
+/// which loses no digit near T = 0, unlike the textbook's v/w form. (The simulated world has its own arc on purpose:
+/// the truth must not share code with the belief that is compared with it. A test compares both with 50-digit values.)
 class Odometry {
  public:
   /// @throws std::invalid_argument naming every bad field
   Odometry(const WheelGeometry& wheels, const Pose& start);
 
-  /// Takes the wheels' total angles; the first call only sets the zero. Returns the new pose.
-  /// @throws std::invalid_argument for angles that are not finite
+  /// Updates the pose by the wheels' total angles and returns it; the first call only sets the zero.
+  /// @throws std::invalid_argument for angles that are not finite and a distance beyond the range of doubles
   const Pose& update(double left_rad, double right_rad);
 
   [[nodiscard]] const Pose& pose() const { return pose_; }

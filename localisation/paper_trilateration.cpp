@@ -28,9 +28,9 @@ struct Meeting {
   bool gap;
 };
 
-/// The area of a triangle from its sides, by Kahan's form of Heron's formula: every bracket is a difference of given
-/// numbers or a sum of positive ones, so near-degenerate triangles keep the digits of their sides. Nothing where the
-/// sides close no triangle.
+/// Computes the area of a triangle from its sides, by Kahan's form of Heron's formula. Every bracket is a difference of
+/// given numbers or a sum of positive ones, so near-degenerate triangles keep the digits of their sides. Returns
+/// nothing where the sides close no triangle.
 std::optional<double> area_of(double a, double b, double c) {
   std::array<double, 3> s{a, b, c};
   std::sort(s.begin(), s.end(), std::greater<>());
@@ -42,7 +42,7 @@ std::optional<double> area_of(double a, double b, double c) {
   return std::sqrt((s[0] + (s[1] + s[2])) * closing * (s[2] + (s[0] - s[1])) * (s[0] + (s[1] - s[2]))) / 4;
 }
 
-/// Returns nothing for circles with one centre.
+/// Intersects two circles. Returns nothing for circles with one centre.
 std::optional<Meeting> meet(const CircleOfRange& a, const CircleOfRange& b) {
   const Eigen::Vector2d between = b.centre_m - a.centre_m;
   const double distance = std::hypot(between.x(), between.y());
@@ -66,7 +66,7 @@ std::optional<Meeting> meet(const CircleOfRange& a, const CircleOfRange& b) {
   return Meeting{foot + across, foot - across, false};
 }
 
-/// The distance of `p_m` from the circle.
+/// Returns the distance of `p_m` from the circle.
 double miss(const Eigen::Vector2d& p_m, const CircleOfRange& circle) {
   return std::abs(std::hypot(p_m.x() - circle.centre_m.x(), p_m.y() - circle.centre_m.y()) - circle.radius_m);
 }
@@ -81,8 +81,8 @@ struct Corner {
 Corner choose(const Meeting& m, const CircleOfRange& third) {
   const double left = miss(m.left_m, third);
   const double right = miss(m.right_m, third);
-  // An intersection has the rounding of its foot and height, a few units in the last place of the lengths that it is
-  // computed from; a difference of two distances has it twice.
+  // An intersection has the rounding of its foot and height: a few units in the last place of the lengths from which it
+  // is computed. A difference of two distances has this rounding twice.
   const double rounding = 16 * std::numeric_limits<double>::epsilon() *
                           (m.left_m.norm() + m.right_m.norm() + third.centre_m.norm() + third.radius_m);
   const bool tied = std::abs(left - right) <= rounding && (m.left_m - m.right_m).norm() > rounding;
@@ -119,7 +119,7 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
     largest_m = std::max({largest_m, circles[i].radius_m, circles[i].centre_m.cwiseAbs().maxCoeff()});
   }
   // In units of the largest length, Heron's product of four neither overflows nor underflows. The unit is a power of
-  // two, so that no digit changes.
+  // two, so no digit changes.
   int exponent = 0;
   std::frexp(largest_m, &exponent);
   const double unit_m = std::ldexp(1.0, exponent - 1);
@@ -133,7 +133,7 @@ Fix fix_by_triangle(std::span<const LandmarkRange> ranges) {
   }
   if (corners.empty()) return fix;  // all three landmarks in one place: one landmark, not three
 
-  // The sides of tied corners are chosen together: each further tied corner joins the answer to which it is nearer.
+  // For tied corners one choice is made for all: each further tied corner joins the answer to which it is nearer.
   std::vector<Eigen::Vector2d> first;
   std::vector<Eigen::Vector2d> second;
   bool tied = false;

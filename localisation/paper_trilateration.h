@@ -15,7 +15,7 @@ struct LandmarkRange {
   double range_m = 0;  ///< >= 0; 0 is valid: the robot is at the landmark's place
 };
 
-/// Method `paper`: the position as in section 3.3 of Burbridge & Spacek 2006, kept as the baseline.
+/// Computes the position as in section 3.3 of Burbridge & Spacek 2006: method `paper`, kept as the baseline.
 ///
 /// The circles of the three nearest landmarks intersect pairwise. Of each pair's two intersections, the one nearer to
 /// the third circle is a corner of the inner triangle, and the triangle's centre is the position.
@@ -30,8 +30,8 @@ struct LandmarkRange {
 ///   line, or two at one place), there is no criterion: both answers are given, verdict kAmbiguous.
 /// * A range that is negative or not finite is invalid: it is left out and counted in Fix::unusable.
 ///
-/// Coordinates are relative to the first landmark, and a pair's height over the line of centres is computed by Kahan's
-/// form of Heron's formula, so that neither a far origin nor near-tangent circles lose digits of the data. Near
+/// Coordinates are relative to the first landmark, so a far origin costs no digits of the data. A pair's height over
+/// the line of centres is computed by Kahan's form of Heron's formula, so near-tangent circles cost none either. Near
 /// tangency the problem itself has a condition of 1/sqrt: an error e in a range moves the corner by up to sqrt(2 e r).
 Fix fix_by_triangle(std::span<const LandmarkRange> ranges);
 

@@ -28,11 +28,11 @@ double sinc_slope(double u) {
   return (u * std::cos(u) - std::sin(u)) / (u * u);
 }
 
-/// A consistent fix with at least this many more numbers than unknowns is checked by itself; two landmarks never have
-/// them.
+/// A consistent fix with at least this many more numbers than unknowns is checked by itself. Two landmarks never have
+/// so many.
 constexpr int kCheckedBy = 2;
 
-/// Returns nothing where the fix has no valid covariance.
+/// Returns the fix as a measurement; nothing where it has no valid covariance.
 std::optional<PoseHypothesis::Measurement> measurement_of(const std::optional<Eigen::Vector2d>& position_m,
                                                           const std::optional<double>& heading_rad,
                                                           const std::optional<Eigen::Matrix3d>& covariance) {
@@ -115,7 +115,7 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
   g.block<3, 1>(0, 1) = -f.block<3, 1>(0, kRightReading);
   g(kLeftReading, 0) = g(kRightReading, 1) = 1;
 
-  // The heading's variance over the path: the mean of both ends, which is more than an evenly growing error has.
+  // The heading's variance over the path is taken as the mean of both ends, more than that of an evenly growing error.
   const double reading2 = noise.angle_rad * noise.angle_rad;
   const double heading2 =
       (covariance_(kHeading, kHeading) + f.row(kHeading).dot(covariance_ * f.row(kHeading).transpose()) +
@@ -190,7 +190,7 @@ FixUse PoseHypothesis::correct(const Fix& weak) {
   const Eigen::Matrix3d prior = covariance_.topLeftCorner<3, 3>();
   const Posterior posterior = least_squares::update(state_.head<3>(), prior, weak.measurements, weak.widening);
   if (posterior.kind == Posterior::Kind::kNothing) return FixUse::kNoSigma;
-  // The contradiction among the measurements does not count against the prior.
+  // A contradiction among the measurements themselves does not count as one with the prior.
   const double against_prior = posterior.chi_squared - weak.chi_squared / weak.widening;
   if (chi_squared_tail(against_prior, 3) < PoseFilter::kGate) return FixUse::kUnexpected;
   if (posterior.kind == Posterior::Kind::kNotGaussian) return FixUse::kNotGaussian;
@@ -240,7 +240,7 @@ void PoseFilter::predict(double t_s, double left_rad, double right_rad) {
         elsewhere_->turn(left, right, wheels_, noise_);
       }
     } catch (const std::invalid_argument&) {
-      elsewhere_.reset();  // too vague to continue from; that is no reason to refuse the reading
+      elsewhere_.reset();  // it is too vague to continue from, which is no reason to refuse the reading
     }
   }
   last_ = {t_s, left_rad, right_rad};
@@ -276,7 +276,7 @@ void PoseFilter::Elsewhere::turn(double left_rad, double right_rad, const WheelG
                                  const OdometryNoise& noise) {
   const double per_wheel = wheels.radius_m / wheels.separation_m;
   turned_rad += (right_rad - left_rad) * per_wheel;
-  // Both wheels' errors are summed as in the worst case, step by step: more than independent errors cause.
+  // Both wheels' errors are summed as in the worst case, step by step. Independent errors cause less.
   vague_rad += (noise.slip * (std::abs(left_rad) + std::abs(right_rad)) + noise.angle_rad) * per_wheel;
 }
 

@@ -88,10 +88,10 @@ class PoseHypothesis {
 
     [[nodiscard]] int rows() const { return has_heading ? 3 : 2; }
   };
-  /// Returns whether the difference is inside the 1 - kGate ellipse.
+  /// Returns whether the difference from the measurement is inside the 1 - kGate ellipse.
   [[nodiscard]] bool expects(const Measurement& m) const;
   /// Updates by a measurement in Joseph's form, (I - K H) P (I - K H)^T + K R K^T, which stays symmetric and positive
-  /// whatever K's rounding.
+  /// in spite of K's rounding.
   /// @returns false, with nothing changed, where numbers differ so much in size that rounding leaves no valid
   /// covariance
   [[nodiscard]] bool correct(const Measurement& m);
@@ -114,47 +114,47 @@ class PoseHypothesis {
   Matrix covariance_ = Matrix::Identity();
 };
 
-/// Method `outline`, estimate.tum and track.csv: odometry fused with the fixes of single frames. The fixes themselves
-/// do not change.
+/// Fuses odometry with the fixes of single frames, for method `outline`, estimate.tum and track.csv. The fixes
+/// themselves do not change.
 ///
 /// It is an extended Kalman filter (PoseHypothesis). Frames without a fix are predicted only. A fix outside the
 /// 1 - kGate ellipse of the difference is not taken, and the filter is lost until a fix is expected again. A robot that
 /// was carried elsewhere is found by a second hypothesis, which starts with the first of the unexpected fixes: when
 /// kRelocateAfter in a row agree with it, the filter continues from them. Each of those fixes must be checked by two
-/// degrees of freedom of its own, as three landmarks give them. Fixes with less, as from two landmarks, must also turn
-/// as the wheels did, since a mirrored or wrongly labelled pair agrees with itself as long as the robot stands or
-/// drives straight on.
+/// degrees of freedom of its own, as given by three landmarks. Fixes with fewer, such as from two landmarks, must also
+/// turn as the wheels did. The reason is that a mirrored or wrongly labelled pair agrees with itself while the robot
+/// stands or drives straight on.
 ///
-/// Use of the verdicts: kOk is taken, without a heading as a position only. kAmbiguous is taken where exactly one of
-/// its answers is inside the gate. kWeak is taken by its measurements about the filter's own position, and only where
-/// an ellipse can represent the result (least_squares/posterior.h). Of these three, only kOk with a heading can start
-/// the filter or contradict it. A fix without covariance, and the other verdicts, are not used.
+/// Use of the verdicts: kOk is taken; without a heading, as a position only. kAmbiguous is taken if exactly one of its
+/// answers is inside the gate. For kWeak, the measurements are taken about the filter's own position, and only if an
+/// ellipse can represent the result (least_squares/posterior.h). Of these three, only kOk with a heading can start the
+/// filter or contradict it. A fix without covariance, and the other verdicts, are not used.
 ///
-/// The fixes' errors are taken as independent. Errors that they share from frame to frame (of the map, of a slightly
-/// wrong rig, of a robot that stands still and sees the same pixels) are not in the covariance.
+/// The fixes' errors are taken as independent. The covariance does not include errors that fixes share from frame to
+/// frame: those of the map, of a slightly wrong rig, of a robot that stands still and sees the same pixels.
 class PoseFilter {
  public:
   static constexpr int kRelocateAfter = 3;
   /// The probability that a correct fix is not expected.
   static constexpr double kGate = 1e-6;
 
-  /// The filter is lost until the first fix. @throws std::invalid_argument naming every bad field
+  /// Makes a filter that is lost until the first fix. @throws std::invalid_argument naming every bad field
   PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise);
 
-  /// Takes the wheels' total angles at a time. The first call sets the zero.
+  /// Predicts the pose from the wheels' total angles at a time. The first call sets the zero.
   /// @throws std::invalid_argument for angles or times that are not finite, a time before the last one, and a distance
   /// beyond the range of doubles; nothing is changed then
   void predict(double t_s, double left_rad, double right_rad);
-  /// Takes the fix of the frame whose angles were given to predict() last. @returns how the fix was used
+  /// Corrects the pose by the fix of the frame whose angles were given to predict() last. @returns how the fix was used
   FixUse correct(const Fix& fix);
 
   [[nodiscard]] FilterState state() const { return state_; }
-  /// Nothing before the first fix.
+  /// Returns the estimate; nothing before the first fix.
   [[nodiscard]] std::optional<PoseEstimate> estimate() const;
 
  private:
   using Measurement = PoseHypothesis::Measurement;
-  /// @param is_checked whether the fix has kCheckedBy degrees of freedom
+  /// @param is_checked whether the fix has kCheckedBy degrees of freedom or more
   FixUse correct_by_pose(const Measurement& m, bool is_checked);
   /// Updates the hypotheses that expect the position. A position alone cannot start a hypothesis.
   FixUse correct_by_position(const Measurement& m);

@@ -106,7 +106,8 @@ class LandmarkOutline {
     return around_rad;
   }
 
-  /// Lowest height at which the view shows the vertical line on the cylinder at `around_rad`; not below the floor.
+  /// Returns the lowest height at which the view shows the vertical line on the cylinder at `around_rad`; not below the
+  /// floor.
   [[nodiscard]] double lowest_shown_m(double around_rad) const {
     const auto is_shown = [&](double height_m) {
       return view_.project_with_jacobian(point(around_rad, height_m), Rim::kGoesOn).has_value();

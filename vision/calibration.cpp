@@ -44,7 +44,7 @@ std::vector<double> whitened_lengths(const BundleData& data, const BundleState& 
   return lengths;
 }
 
-/// Scatter of the sightings over their sigma, by the median of all: outliers hardly change it.
+/// Computes the scatter of the sightings over their sigma, by the median of all, which outliers hardly change.
 double robust_scale(const BundleData& data, const BundleState& state) {
   return std::max(base::median(whitened_lengths(data, state)) / kMedianLength, 1e-6);
 }
@@ -96,9 +96,9 @@ void rescale(const BundleData& data, const BundleState& state, std::size_t obser
   settings.wheel_scale = std::max(1.0, wheel_scale);
 }
 
-/// Standard deviation of the error that sightings share, from the means of the smallest groups minus the part that
-/// their scatter causes (DerSimonian & Laird's method, unweighted). The larger groups get the same value, which is too
-/// large rather than too small. Not below `least_px`.
+/// Computes the standard deviation of the error that sightings share, from the means of the smallest groups minus the
+/// part that their scatter causes (DerSimonian & Laird's method, unweighted). The larger groups get the same value,
+/// which is too large rather than too small. Not below `least_px`.
 double systematic_px(const BundleData& data, const BundleState& state, double least_px) {
   struct Sums {
     Eigen::Array2d first = Eigen::Array2d::Zero();

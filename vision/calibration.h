@@ -24,8 +24,8 @@ struct LandmarkSighting {
   std::size_t landmark = 0;  ///< index into CalibrationProblem::landmarks
   Side side = Side::kLower;
   Sighting sighting;
-  /// The view's time stamp of its exposure minus the frame's time. It needs the frame's twist; without one it counts as
-  /// 0.
+  /// The view's time stamp of its exposure minus the frame's time. It is used with the frame's twist only; without a
+  /// twist it counts as 0.
   double late_s = 0;
 };
 
@@ -44,8 +44,9 @@ struct WheelReading {
 
 struct CalibrationFrame {
   std::vector<LandmarkSighting> sightings;
-  /// Readings from the previous frame of the list (first reading) to this frame (last reading). Fewer than two mean
-  /// that the motion between the frames is not known: the first frame, another run, or a robot that was carried.
+  /// Readings from the previous frame of the list (first reading) to this frame (last reading). Fewer than two readings
+  /// mean that the motion between the frames is not known: for the first frame, another run, or a robot that was
+  /// carried.
   std::vector<WheelReading> wheels;
   /// Twist at the frame's time, from the wheels. Empty: unknown; the frame then gives no information on timing, and its
   /// images count as taken at the frame's time. If the true skew is not 0, such frames bias the rig's parameters, so
@@ -62,8 +63,8 @@ struct WheelBelief {
   double angle_step_rad = 0.006;    ///< resolution of one reading: an encoder's count, >= 0
 };
 
-/// Standard deviations of the prior: for lengths what a builder measures with a ruler, for the rest what careful
-/// assembly leaves. All > 0. A parameter that the data do not determine keeps its prior value, with this sigma.
+/// Standard deviations of the prior, all > 0. Those of lengths are what a builder measures with a ruler, the others are
+/// the errors of careful assembly. A parameter that the data do not determine keeps its prior value, with this sigma.
 struct CalibrationPriors {
   double length_m = 0.002;  ///< mirror radius, lens to tip, mirror separation, lens height
   double centre_px = 20;
@@ -72,7 +73,7 @@ struct CalibrationPriors {
   double tilt_rad = 0.035;       ///< 2 degrees
   double axis_offset_m = 0.005;  ///< of the upper view relative to the lower
   /// Offset of the lower view from the body's origin, which lies below that mirror's axis by definition. Only curves
-  /// determine it, and only relative to the middle of the wheels: enlarge it where poses shall refer to that point.
+  /// determine it, and only relative to the middle of the wheels. Enlarge it where poses must refer to that point.
   double lower_axis_offset_m = 0.0001;
   double apex_rad = 0.0175;          ///< 1 degree
   double distortion = 0.1;           ///< k1 and k2
@@ -91,34 +92,34 @@ struct CalibrationProblem {
   std::vector<CalibrationFrame> frames;
   std::optional<RimMeasurement> lower_rim, upper_rim;
   CalibrationPriors priors{};
-  /// Also estimates k1 and k2 of both lenses. Where the rig has no distortion yet, they are about the believed centre,
-  /// in units of the believed focal length.
+  /// Also estimates k1 and k2 of both lenses. For a rig without distortion, they are about the believed centre, in
+  /// units of the believed focal length.
   bool fit_distortion = false;
   /// Least standard deviation, px, of the error that sightings share in one view: those of one landmark, of one ring of
   /// the image, and of one landmark in one ring, radially and tangentially. It comes from light from one side and from
-  /// a renderer's edges. Many frames do not average it out. A larger value is used where the residuals show it. >= 0.
-  /// The default is that of 0.08 px in one row (an edge rendered with anti-aliasing) over ten rows. It does not cover
-  /// everything: for a perfect rig in a run rendered that way, an apex came out 0.01 degrees wrong and the azimuth
-  /// between the views 0.02 degrees wrong, 4 sigmas.
+  /// a renderer's edges. Many frames do not average it out. A larger value is used where the residuals show one. >= 0.
+  /// The default is 0.08 px in one row (an edge rendered with anti-aliasing), averaged over ten rows. It does not cover
+  /// every such error: for a perfect rig in a run rendered that way, an apex was estimated 0.01 degrees wrong and the
+  /// azimuth between the views 0.02 degrees wrong, 4 sigmas.
   double systematic_px = 0.025;
-  /// Also estimates the times of exposure, where frames have a twist: `upper.skew_s`, by which the upper view's
-  /// exposure is later than its stamp states, relative to the lower's; `lower.readout_s` and `upper.readout_s`, from
-  /// the first row's exposure to the last row's (stamps are those of the middle row); and with wheels `latency_s`, by
-  /// which both views' images are older than their stamps state.
+  /// Also estimates the times of exposure, from frames that have a twist. `upper.skew_s` is how much later than its
+  /// stamp the upper view is exposed, relative to the lower view. `lower.readout_s` and `upper.readout_s` are the times
+  /// from the first row's exposure to the last row's; stamps are those of the middle row. With wheels, `latency_s` is
+  /// how much older both views' images are than their stamps.
   bool fit_timing = false;
   std::array<int, 2> height_px{};  ///< of the images, lower and upper; below 2: no readout of that view. >= 0
   /// Standard deviation of the map, in x and y of each landmark. 0: the map is trusted, and landmarks stay in place.
   double landmark_sigma_m = 0;
 };
 
-/// A parameter of the rig before and after the calibration, in the unit that its name ends with.
+/// A parameter of the rig before and after the calibration, in the unit that its name states.
 struct CalibratedParameter {
   std::string name;  ///< its key in a robot file where it has one: lower.centre_px.column, mirror_separation_m
   double before = 0;
   double after = 0;
   double sigma = 0;        ///< of `after`, from data and priors together
   double prior_sigma = 0;  ///< of `before`
-  /// The data determine it at least as well as the prior did. Otherwise it keeps its prior: after == before.
+  /// Whether the data determine it at least as well as the prior did. If not, it keeps its prior: after == before.
   bool observed = false;
   bool derived = false;  ///< computed from others of the list: focal lengths, the upper view's own azimuth and offset
 };
@@ -187,7 +188,7 @@ struct CalibrationResult {
 /// Returns whether this build has Ceres.
 bool can_calibrate();
 
-/// Bundle adjustment: estimates the parameters of the rig and of the wheels from a drive among known landmarks.
+/// Estimates the parameters of the rig and of the wheels from a drive among known landmarks, by bundle adjustment.
 ///
 /// Unknowns: for each frame the pose (x, y, heading) and the relative slip of both wheels since the last frame (a
 /// Gauss-Markov process); for each view centre, rim radius in pixels, tilt, apex angle, mirror radius R and distance d;
@@ -207,34 +208,35 @@ bool can_calibrate();
 /// * Centre and tilt shift an image alike, by c and v t, but turn bearings by c / h and t h / v: landmarks in all
 ///   directions separate them.
 /// * Both azimuths together, and both offsets together, are a choice of the body frame. Only the wheels determine them:
-///   an azimuth by driving straight, offsets by driving curves. So the upper view's values are relative to the lower
-///   view's.
+///   the azimuth by driving straight, the offsets by driving curves. Therefore the upper view's values are relative to
+///   the lower view's.
 /// * Skew and readout move a landmark's image by the body's motion in that time: changing speed and turn rate separate
 ///   them from the upper view's azimuth and offset and from tilts. Latency shifts both ends of the wheels' motion
 ///   alike: a drive at one speed along one arc does not determine it.
 /// * If landmarks are not trusted, only their priors determine their common translation and rotation, and only the
 ///   wheels' radius and the heights determine their common scale.
 ///
-/// A sighting taken tau after its frame's time sees the pose moved along the frame's twist by tau, on the chord of the
-/// arc. Neglected are (omega tau)^2 / 24 of the distance, and a tau^2 / 2 for a change of speed a: 0.2 mm at 0.5 m/s^2
-/// and 25 ms. In the wheels' rows the poses at both ends are moved in this way by the latency; with fit_timing a row is
-/// left out if one of its ends has no twist.
+/// For a sighting taken tau after its frame's time, the pose is moved along the frame's twist by tau, on the chord of
+/// the arc. This neglects (omega tau)^2 / 24 of the distance, and a tau^2 / 2 for a change of speed a: 0.2 mm at
+/// 0.5 m/s^2 and 25 ms. In the wheels' rows the poses at both ends are moved in this way by the latency; with
+/// fit_timing a row is left out if one of its ends has no twist.
 ///
 /// A parameter that the data determine less well than its prior is held at the prior, the worst first. It then counts
 /// as an uncertain constant in the sigmas of the others ("consider" covariance: Schmidt 1966; Bierman 1977, ch. 8).
-/// Outliers: a Cauchy loss with a shrinking scale; then sightings beyond kOutlierSigmas are left out and the rest is
-/// solved by plain least squares.
-/// @throws std::invalid_argument naming each value outside its domain: a landmark's index, a covariance that is not
-/// positive definite, priors and wheels that are not > 0, wheel readings that are not finite or run backwards, twists
-/// and times that are not finite, a landmark_sigma_m or height_px that is not >= 0
+/// Outliers are found with a Cauchy loss whose scale shrinks. Then sightings beyond kOutlierSigmas are left out, and
+/// the rest is solved by plain least squares.
+/// @throws std::invalid_argument naming each value outside its domain: a landmark's index, place, top or radius, a
+/// pixel that is not finite, a covariance that is not positive definite, priors and wheels that are not > 0, wheel
+/// readings that are not finite or run backwards, twists and times that are not finite, a rim's circle or sigmas, a
+/// systematic_px, landmark_sigma_m or height_px that is not >= 0
 CalibrationResult calibrate(const CalibrationProblem& problem);
 
 /// A landmark's shift minus the shift that the best common translation, rotation and scale of the other landmarks
 /// (unweighted least squares, first order) gives it. So it does not change if the map as a whole lies elsewhere, or if
-/// it was measured with another ruler, which only the wheels' radius and the heights could contradict.
+/// the map was measured with another ruler, which only the wheels' radius and the heights could contradict.
 struct RelativeShift {
   LandmarkShift shift;     ///< the remainder and its covariance
-  double chi_squared = 0;  ///< of two degrees of freedom where the landmark stands as the others do
+  double chi_squared = 0;  ///< of the remainder; with two degrees of freedom if the landmark has not moved
   bool moved = false;      ///< chi_squared is above the limit
 };
 
@@ -242,7 +244,7 @@ struct RelativeShift {
 /// biases the common shift of the others and makes them seem moved. So while four or more count as unmoved, the one
 /// with the greatest chi-squared is removed from them if it exceeds the limit. Of three landmarks, the test cannot
 /// identify the moved one: all may be above the limit. Fewer than three cannot be tested, and the answer is empty.
-/// @param landmarks the problem's
+/// @param landmarks those of the problem
 /// @param chi_squared_limit exp(-limit / 2) is the false-alarm rate for one landmark
 std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const std::vector<Landmark>& landmarks,
                                         double chi_squared_limit);

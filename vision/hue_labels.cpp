@@ -9,7 +9,8 @@
 namespace twocone::vision {
 namespace {
 
-/// Angle about the grey axis with red at 0 and green at 120 degrees (hexagonal hue, as in HSV). Requires max > min.
+/// Returns the angle about the grey axis with red at 0 and green at 120 degrees (hexagonal hue, as in HSV). Requires
+/// max > min.
 double hue_of(double r, double g, double b) {
   const double max = std::max({r, g, b});
   const double chroma = max - std::min({r, g, b});

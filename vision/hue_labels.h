@@ -16,8 +16,8 @@ namespace twocone::vision {
 
 /// Labels each pixel with the landmark whose colour it has, if any: the "colour threshold" of method `paper`.
 ///
-/// Pixels are decoded from sRGB to linear light. There shadow and distance scale r, g and b alike, so hue and
-/// saturation do not change, and a pixel that a landmark only half covers is a mixture in proportion. A pixel has a
+/// Pixels are decoded from sRGB to linear light. In linear light, shadow and distance scale r, g and b alike, so hue
+/// and saturation do not change. A pixel that a landmark covers in part is a mixture in that proportion. A pixel has a
 /// landmark's colour when its saturation (max - min) / max is at least kMinSaturation, its brightness max is at least
 /// kMinBrightness, and its hue is within kHueWindow_rad of the landmark's and nearer to it than to any other's.
 class HueLabels {
@@ -61,10 +61,10 @@ class ColourTable {
     return labels_[std::size_t(rgb[0] >> kDropped) << (2 * kBits) | std::size_t(rgb[1] >> kDropped) << kBits |
                    std::size_t(rgb[2] >> kDropped)];
   }
-  /// Linear light of an sRGB code, 0 to 1 (IEC 61966-2-1).
+  /// Returns the linear light of an sRGB code, 0 to 1 (IEC 61966-2-1).
   [[nodiscard]] float linear(std::uint8_t code) const { return light_[code]; }
-  /// The reciprocal of the variance in linear light that a variance of one in the code causes, at linear light, which
-  /// is clamped to 0 to 1.
+  /// Returns the reciprocal of the variance in linear light that a variance of one in the code causes, at the light
+  /// `linear`, which is clamped to 0 to 1.
   [[nodiscard]] float weight_of(float linear) const {
     return weight_of_linear_[std::size_t(std::clamp(linear, 0.F, 1.F) * kLinearSteps)];
   }

@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-/// Differences between the images of two cameras that do not come from the scene: noise, colour and brightness,
-/// sharpness. All images are CV_8UC3, r g b, sRGB-coded; light is linear, 0 to 1 (full scale). No knowledge of the
-/// scene is needed, but it must have plain areas (noise, transfer) and sharp edges (sharpness).
+/// Measures the differences between the images of two cameras that do not come from the scene: noise, colour and
+/// brightness, sharpness. All images are CV_8UC3, r g b, sRGB-coded; light is linear, 0 to 1 (full scale). The scene
+/// need not be known, but it must have plain areas (noise, transfer) and sharp edges (sharpness).
 /// Every function throws std::invalid_argument for another type of image and for an invalid region.
 namespace twocone::vision {
 
@@ -32,7 +32,7 @@ struct NoiseSamples {
   struct Bin {
     double tiles = 0;     ///< number of tiles that were measured
     double level = 0;     ///< linear light, summed over the tiles
-    double variance = 0;  ///< in linear light, summed over the tiles; without rounding to 8 bits, so it may be below 0
+    double variance = 0;  ///< in linear light, summed over the tiles, minus that of rounding to 8 bits: may be below 0
   };
   std::array<std::array<Bin, kBins>, kBlocks> blocks{};
   std::size_t images = 0;
@@ -58,20 +58,20 @@ struct NoiseModel {
   double noise_grey = 0;  ///< standard deviation in grey levels at light kNoiseLevel, a mid grey (code 124)
   double sigma_noise_grey = 0;
 
-  /// The full well as the simulator's camera takes it; 0: no noise. At most 1e6, so that `read` can still be expressed
-  /// in electrons.
+  /// Returns the full well for the simulator's camera; 0: no noise. It is at most 1e6, because `read` must still be
+  /// expressed in electrons.
   [[nodiscard]] double full_well_electrons() const;
   [[nodiscard]] double read_noise_electrons() const { return read * full_well_electrons(); }
 };
 constexpr double kNoiseLevel = 0.2;
-/// Error that weak texture and shading of a plain area may add and 8 bits hide: in grey levels, and as a share of the
-/// noise. It is part of every sigma, and it is the same in two images of one area. The tests ImageNoise.* check it.
+/// Error that weak texture and shading of a plain area may cause, hidden by 8 bits: in grey levels, and as a share of
+/// the noise. It is part of every sigma, and it is the same in two images of one area. The tests ImageNoise.* check it.
 constexpr double kNoiseFloor_grey = 0.1;
 constexpr double kNoiseShare = 0.01;
 
-/// Least squares, weighted by the variance of a variance. Sigmas: the larger of the jackknife over blocks of images and
-/// the sigma of Gaussian noise in that many tiles (so one image has a sigma too).
-/// Nothing where no level could be measured.
+/// Fits the model by least squares, weighted by the variance of a variance. Each sigma is the larger of two: that of
+/// the jackknife over blocks of images, and that of Gaussian noise in that many tiles (so one image has a sigma too).
+/// Returns nothing where no level could be measured.
 std::optional<NoiseModel> fit_noise(const NoiseSamples& samples);
 
 // Colour and brightness -----------------------------------------------------------------------------------------------
@@ -86,25 +86,25 @@ struct Transfer {
 
 /// Measures the transfer between two images of the same scene, which may be shifted by a few pixels. It uses
 /// tiles of 8 x 8 px that are plain in both images and neither dark nor near full scale. The limit near full scale is
-/// applied to the level that the fit expects, so that noise does not select tiles. Tiles that disagree, as where a
-/// landmark has moved, get weight 0 (Tukey). The gain is that at rho = 0. Equal images give exactly 0. Nothing where a
-/// channel has fewer than 30 such tiles.
+/// applied to the level that the fit expects, because noise must not select tiles. Tiles that disagree, as where a
+/// landmark has moved, get weight 0 (Tukey). The gain is that at rho = 0. Equal images give exactly 0. Returns nothing
+/// where a channel has fewer than 30 such tiles.
 /// @throws std::invalid_argument also where sizes differ
 std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& real_rgb, const ImageRegion& region);
 
 // Sharpness -----------------------------------------------------------------------------------------------------------
 
-/// Standard deviation (px) of the spread of edges, including the pixel's own square (1/12 px^2): about 0.25 px for an
-/// ideal image sampled at points, 0.4 px for pixels that hold the mean over their square. It is the median over strong
-/// single edges.
+/// Measures the standard deviation (px) of the spread of edges, including the pixel's own square (1/12 px^2): about
+/// 0.25 px for an ideal image sampled at points, 0.4 px for pixels that hold the mean over their square. It is the
+/// median over strong single edges.
 ///
 /// With the image smoothed by two Gaussians of variance a < b, an edge of spread v has steepnesses of ratio
 /// R^2 = (b + v) / (a + v), so v = (b - R^2 a) / (R^2 - 1) (Zhuo and Sim 2011). This is exact for Gaussian spread; a
-/// disc of radius r adds r^2 / 4, and somewhat less from 2 px on. Nothing where there are fewer than 30 edges.
+/// disc of radius r adds r^2 / 4, and somewhat less from 2 px on. Returns nothing where there are fewer than 30 edges.
 std::optional<double> blur_px(const cv::Mat& rgb, const ImageRegion& region);
 
-/// The simulator's `defocus_px` that changes one spread into the other. It inverts the answer of blur_px() for such a
-/// disc, so that a disc's flat top causes no error. 0 where `real_blur_px` is not the greater; at most 10.
+/// Returns the simulator's `defocus_px` that changes one spread into the other. It inverts the answer of blur_px() for
+/// such a disc, so a disc's flat top causes no error. 0 where `real_blur_px` is not the greater; at most 10.
 double defocus_radius_px(double simulated_blur_px, double real_blur_px);
 
 }  // namespace twocone::vision

@@ -22,7 +22,7 @@ inline void check_sizes(base::Complaints& bad, cv::Size lower, cv::Size upper) {
   }
 }
 
-/// @throws std::invalid_argument for an image of another type than CV_8UC3, or of another size
+/// Checks an image. @throws std::invalid_argument for another type than CV_8UC3, or another size
 inline void check_image(std::string_view method, const char* view, const cv::Mat& image, cv::Size size) {
   if (image.type() == CV_8UC3 && image.size() == size) return;
   throw base::InvalidArgument("{}: the {} image has {} x {} pixels of {} channels, wanted {} x {} of r g b", method,

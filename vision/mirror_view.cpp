@@ -140,7 +140,7 @@ MirrorView::MirrorView(const MirrorViewSettings& settings) : settings_(settings)
   sin_azimuth_ = std::sin(settings.azimuth_rad);
   if (settings.distortion) {
     const Lens lens(*settings.distortion);
-    // With no coefficient but 0, both directions would only add roundings.
+    // If all coefficients are 0, both directions would only add roundings.
     if (std::ranges::any_of(settings.distortion->coefficients, [](double k) { return k != 0; })) lens_ = lens;
   }
   is_moved_ = !settings.tilt_rad.isZero(0) || !settings.axis_offset_m.isZero(0);
@@ -176,7 +176,7 @@ std::optional<double> MirrorView::image_radius_px(double distance_m, double heig
   if (rim == Rim::kEnds && !(radius_px <= settings_.rim_radius_px * kRimSlack)) return std::nullopt;
   if (!(slope < tan_half_)) return std::nullopt;                     // along the cone's side
   const double hit_m = d * tan_half_ * slope / (tan_half_ - slope);  // where on the cone the ray is reflected
-  // Values near the limits of a double overflow in between; a NaN fails the comparison.
+  // Values near the limits of a double overflow on the way to the result; a NaN fails the comparison.
   if (!(distance_m >= hit_m) || !(radius_px > 0) || !std::isfinite(radius_px)) return std::nullopt;
   return radius_px;
 }
@@ -202,7 +202,7 @@ std::optional<PixelWithJacobian<3>> MirrorView::project_with_jacobian(const Eige
   const double from_v_out = distance_m + d * sin_apex_;
   const double from_v_up = (p_UQ_m.z() - settings_.lens_height_m) - d * (1 - cos_apex_);
   const double along = cos_apex_ * from_v_up + sin_apex_ * from_v_out;
-  // h = v across / along, whose quotient rule leaves (dh/drho, dh/dz) = v (-from_v_up, from_v_out) / along^2.
+  // From h = v across / along, the quotient rule gives (dh/drho, dh/dz) = v (-from_v_up, from_v_out) / along^2.
   const double radius_per_out = -focal_length_px_ * from_v_up / (along * along);
   const double radius_per_up = focal_length_px_ * from_v_out / (along * along);
 

@@ -31,10 +31,10 @@ struct PixelWithJacobian {
 ///     x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2),
 ///     y' = y (the same)                                                      + p1 (r^2 + 2 y^2) + 2 p2 x y.
 ///
-/// Far enough out such a polynomial folds the image over itself. There (determinant of its Jacobian not > 0, or
-/// denominator not > 0) neither direction has an answer. Where a model unfolds again still farther out, distort()
-/// answers, but undistort() may find the inner of the two points; a real lens, fitted where it has data, is not used
-/// there.
+/// Far from the middle such a polynomial folds the image over itself. There (determinant of its Jacobian not > 0, or
+/// denominator not > 0) neither direction has an answer. Still farther out a model may unfold again: there distort()
+/// answers, but undistort() may find the inner of the two points. A real lens is fitted where it has data, and is not
+/// used that far out.
 ///
 /// Error growth: both directions are accurate to a few roundings of a pixel's coordinate times the condition of the
 /// Jacobian.
@@ -46,7 +46,8 @@ class Lens {
   [[nodiscard]] std::optional<Eigen::Vector2d> distort(const Eigen::Vector2d& pinhole_px) const;
   /// As distort(), with the derivative by `pinhole_px`.
   [[nodiscard]] std::optional<PixelWithJacobian<2>> distort_with_jacobian(const Eigen::Vector2d& pinhole_px) const;
-  /// Newton's method, at most kSteps steps. Nothing where it does not converge, and for input that is not finite.
+  /// Inverts distort() by Newton's method, in at most kSteps steps. Returns nothing where it does not converge, and for
+  /// input that is not finite.
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort(const Eigen::Vector2d& pixel) const;
 
  private:
@@ -128,43 +129,44 @@ class MirrorView {
 
   [[nodiscard]] const MirrorViewSettings& settings() const { return settings_; }
 
-  /// v in pixels (equation 2).
+  /// Returns v in pixels (equation 2).
   [[nodiscard]] double focal_length_px() const { return focal_length_px_; }
 
-  /// Radius h in the undistorted image of a point at `distance_m` >= 0 from the unit's axis and `height_m` above the
-  /// *floor*, in the unit's frame.
-  /// Nothing where the mirror does not show it: at or beyond the tip's ray (h <= 0) or, where it ends, outside the rim
-  /// (h > r_m).
+  /// Returns the radius h in the undistorted image of a point at `distance_m` >= 0 from the unit's axis and `height_m`
+  /// above the *floor*, in the unit's frame. Returns nothing where the mirror does not show it: at or beyond the tip's
+  /// ray (h <= 0) or, with Rim::kEnds, outside the rim (h > r_m).
   [[nodiscard]] std::optional<double> image_radius_px(double distance_m, double height_m, Rim rim = Rim::kEnds) const;
 
-  /// The pixel (column, row) that shows the body-frame point `p_BQ_m`. Nothing where image_radius_px gives nothing, on
-  /// the axis itself (where no bearing exists), where the lens has no answer, and for input that is not finite.
+  /// Returns the pixel (column, row) that shows the body-frame point `p_BQ_m`. Returns nothing where image_radius_px
+  /// gives nothing, on the axis itself (where no bearing exists), where the lens has no answer, and for input that is
+  /// not finite.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_BQ_m) const;
-  /// The same pixel, up to rounding, with its derivative by `p_BQ_m` in px/m.
+  /// Returns the same pixel, up to rounding, with its derivative by `p_BQ_m` in px/m.
   [[nodiscard]] std::optional<PixelWithJacobian<3>> project_with_jacobian(const Eigen::Vector3d& p_BQ_m,
                                                                           Rim rim = Rim::kEnds) const;
 
-  /// The ray that the pixel sees, from the mirror's surface outwards, in the body frame. Nothing exactly at the tip,
-  /// outside the rim, where the lens has no answer, and for input that is not finite.
+  /// Returns the ray that the pixel sees, from the mirror's surface outwards, in the body frame. Returns nothing
+  /// exactly at the tip, outside the rim (with Rim::kEnds), where the lens has no answer, and for input that is not
+  /// finite.
   [[nodiscard]] std::optional<Ray> back_project(const Eigen::Vector2d& pixel, Rim rim = Rim::kEnds) const;
 
-  /// Maps a pixel of the undistorted image to the camera's image, and back; Lens states when there is no
-  /// answer. The mirror plays no part in it.
+  /// Maps a pixel of the undistorted image to the camera's image, and back. The mirror has no influence on this. Lens
+  /// states where there is no answer.
   [[nodiscard]] std::optional<Eigen::Vector2d> distort_px(const Eigen::Vector2d& undistorted_px) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort_px(const Eigen::Vector2d& pixel) const;
 
-  /// Positions of the lens and of the tip, body frame.
+  /// Returns the position of the lens, or of the tip, in the body frame.
   [[nodiscard]] Eigen::Vector3d lens_m() const;
   [[nodiscard]] Eigen::Vector3d tip_m() const;
   /// Returns whether a lens distorts the image, that is, whether not all coefficients are 0.
   [[nodiscard]] bool has_distortion() const { return lens_.has_value(); }
 
-  /// Bearing in (-pi, pi], unit's frame, of an offset from the centre in the undistorted image. @param offset_px not
-  /// zero
+  /// Returns the bearing in (-pi, pi], unit's frame, of an offset from the centre in the undistorted image.
+  /// @param offset_px not zero
   [[nodiscard]] double bearing_rad(const Eigen::Vector2d& offset_px) const;
 
-  /// Offset from the centre of the undistorted image's point at `bearing_rad` and `radius_px`: the inverse of the
-  /// above.
+  /// Returns the offset from the centre, in the undistorted image, of the point at `bearing_rad` and `radius_px`: the
+  /// inverse of bearing_rad().
   [[nodiscard]] Eigen::Vector2d offset_px(double bearing_rad, double radius_px) const;
 
  private:
@@ -187,7 +189,7 @@ struct Rig {
   MirrorView lower;
   MirrorView upper;
 
-  /// s: height of the upper tip over the lower one, metres.
+  /// Returns s, the height of the upper tip over the lower one, in metres.
   [[nodiscard]] double mirror_separation_m() const;
 };
 

@@ -15,9 +15,9 @@ namespace twocone::vision {
 
 /// The stage to which a landmark has been measured.
 enum class Stage {
-  /// From the pixels of its colour alone: the top to a third of a pixel, by far the cheapest. This stage hardly detects
-  /// that the landmark is saturated or that something hides a part of it: a hidden top gives a wrong place, which only
-  /// other landmarks can contradict. Landmarks only a few pixels wide have an answer too.
+  /// From the pixels of its colour alone: the top to a third of a pixel, at by far the lowest cost. This stage hardly
+  /// detects that the landmark is saturated or that something hides a part of it. A hidden top gives a wrong place,
+  /// which only other landmarks can contradict. Landmarks only a few pixels wide have an answer too.
   kFound,
   kCoarse,  ///< its outline in every third row and column, fitted roughly
   kFine,    ///< its whole outline: OutlineRanging::measure()
@@ -39,9 +39,9 @@ class FrameObservation {
   FrameObservation& operator=(FrameObservation&&) noexcept;
 
   /// Sets the expected place of a landmark, body frame, accurate to half a pixel or so in both views: for example from
-  /// a fix of the landmarks measured so far. take() then starts there and saves the coarse fits. If the outline is not
-  /// there, it starts from the found candidate, as it does without an expected place. A range that is not greater than
-  /// the landmark's radius sets nothing.
+  /// a fix of the landmarks measured so far. take() then starts at that place and saves coarse fits. If the outline
+  /// is not there, it starts from the found candidate, as it does without an expected place. The call has no effect if
+  /// the range is not greater than the landmark's radius.
   void expect(std::size_t landmark, double range_m, double bearing_rad);
 
   /// Measures these landmarks to at least this stage in these views; their state in the other view does not change. The
@@ -49,10 +49,10 @@ class FrameObservation {
   /// @throws std::out_of_range for a landmark that is not one of the targets
   void take(std::span<const std::size_t> landmarks, Stage stage, Views views = Views::kBoth);
 
-  /// One measurement for each target, at the stage that it has reached; before the first take(), all are at kFound.
+  /// Returns one measurement for each target, at the stage that it has reached: kFound before the first take().
   [[nodiscard]] std::vector<RangeMeasurement> measurements() const;
 
-  /// Number of landmarks whose whole outline was fitted in one view or both.
+  /// Returns the number of landmarks whose whole outline was fitted in one view or both.
   [[nodiscard]] int refined() const;
 
  private:
@@ -77,8 +77,8 @@ class FrameObservation {
 ///    widened where the two sides are farther apart, or nearer, than those of the cylinder.
 /// 4. triangulate() combines the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
 ///    kInconsistent is also the verdict where the map's height and radius are contradicted: both views show the whole
-///    top, but at another height, however far from the map's; or the only view with an outline shows the landmark wider
-///    than it is at that range.
+///    top, but at another height than the map's, however different; or the only view with an outline shows the landmark
+///    wider than it is at that range.
 ///
 /// Further verdicts: kSameColour and kTwoCandidates (two objects of one hue, each large enough to be the landmark
 /// somewhere within Landmark::greatest_range_m (outline/view_fitter.h), or the views disagree on the bearing),
@@ -93,8 +93,9 @@ class OutlineRanging {
  public:
   /// @param wanted indices of the targets to search for; empty: all. The hues of the others are still distinguished
   /// from theirs, and the verdict of the others is kNotSeen.
-  /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue or radius, or whose greatest
-  /// range is not greater than the radius; std::out_of_range for a wanted index that is not a target
+  /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue, or whose radius or top is
+  /// not > 0, or whose greatest range is not greater than the radius; std::out_of_range for a wanted index that is not
+  /// a target
   OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                  const std::vector<std::size_t>& wanted = {});
 

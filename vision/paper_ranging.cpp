@@ -52,7 +52,7 @@ void check(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_
   bad.raise("method paper");
 }
 
-/// The circles of PaperRanging::lower_rings_. Pixels beyond the image's edge are left out.
+/// Returns the circles of PaperRanging::lower_rings_. Pixels beyond the image's edge are left out.
 std::vector<std::vector<cv::Point>> rings_of(const MirrorViewSettings& view, cv::Size image) {
   // Circle k extends to k + 1/2, and a pixel's corner is half a diagonal farther out.
   const double outermost = std::floor(view.rim_radius_px - 0.5 - std::numbers::sqrt2 / 2);
@@ -76,7 +76,7 @@ std::vector<std::vector<cv::Point>> rings_of(const MirrorViewSettings& view, cv:
   return rings;
 }
 
-/// The middle pixel of the first run of `label` on a circle; nothing if the circle has no such pixel.
+/// Returns the middle pixel of the first run of `label` on a circle; nothing if the circle has no such pixel.
 std::optional<cv::Point> middle_of_first_run(const std::vector<cv::Point>& ring, const cv::Mat& labels, int label) {
   std::vector<cv::Point> hits;
   for (const cv::Point& p : ring) {

@@ -21,32 +21,32 @@ namespace twocone::vision {
 ///    of that colour is the upper match.
 /// 3. The distance between the two is the disparity.
 ///
-/// Equation 1 gives the near edge of the landmark's top; `range_m` is that plus the landmark's radius: our only
-/// addition.
+/// Equation 1 gives the near edge of the landmark's top; `range_m` is that plus the landmark's radius. This is our only
+/// addition to the paper.
 ///
 /// Decisions where the paper leaves a choice:
 /// * "Above the colour threshold" is the test of HueLabels, with its constants.
-/// * A circle of radius k holds the pixels whose distance from the centre rounds to k, so that no pixel lies between
-///   circles.
+/// * A circle of radius k holds the pixels whose distance from the centre rounds to k, so none lies between circles.
 /// * Where a circle holds several pixels of the colour, the match is the middle one of the first run, counted from the
 ///   image's x axis.
 /// * The outermost circle whose pixels lie wholly in the mirror is tested first. A match on it is `truncated`, since
 ///   the top may lie outside. (The paper writes 0 for a landmark that is too close.)
-/// * The two images' centres, azimuths and focal lengths may differ: the lower match is transferred by its bearing and
-///   its radius over v, and the upper match is transferred back in the same way before the distance is taken. Where
-///   they are equal, as in the paper, this changes nothing.
+/// * The two images' centres, azimuths and focal lengths may differ. The lower match is transferred by its bearing and
+///   its radius over v, and the upper match is transferred back in the same way before the distance is measured. If the
+///   images agree in all three, as in the paper, this changes nothing.
 /// * No sigma is given, as the paper gives none.
 ///
-/// Domain: both cones have an apex of 90 degrees and the same R and d, no tilt, no offset and no lens distortion.
+/// Domain: both cones have an apex of 90 degrees and the same R and d, no tilt, no offset, no lens distortion; s > 0.
 /// Error growth: sigma_range = (range + d)^2 sigma_disparity / (v s).
 class PaperRanging {
  public:
   /// @param wanted indices of the targets to search for; empty: all. The verdict of the others is kNotSeen.
-  /// @throws std::invalid_argument for a rig outside the domain, std::out_of_range for a wanted index that is no target
+  /// @throws std::invalid_argument for a rig outside the domain, sizes that are not > 0, and targets without hue or
+  /// radius; std::out_of_range for a wanted index that is not a target
   PaperRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                const std::vector<std::size_t>& wanted = {});
 
-  /// One measurement for each target, in their order.
+  /// Returns one measurement for each target, in their order.
   /// @param lower,upper CV_8UC3, r g b, sRGB-coded. @throws std::invalid_argument for another type or size
   [[nodiscard]] std::vector<RangeMeasurement> measure(const cv::Mat& lower, const cv::Mat& upper) const;
 

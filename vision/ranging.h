@@ -23,25 +23,25 @@ struct Sighting {
   std::optional<double> edge_noise_px{};
 };
 
-/// The position of a landmark's axis.
+/// Returns the position of a landmark's axis.
 inline Eigen::Vector2d place_m(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
 
-/// The landmark's axis in the body frame, if the view's ray meets the near point at the height of its top. Nothing
-/// where the ray does not reach that height.
+/// Returns the landmark's axis in the body frame, if the view's ray meets the near point at the height of its top.
+/// Returns nothing where the ray does not reach that height.
 std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray& ray, double radius_m, double top_m);
 
-/// The near point in the body frame: p_BL - radius_m * outwards, where `outwards` is the horizontal unit vector from
-/// the view's axis (MirrorViewSettings::axis_offset_m) to the landmark's, at height `top_m` over the floor. Nothing
-/// where the view's axis lies within the landmark, and for input that is not finite.
+/// Returns the near point in the body frame, p_BL - radius_m * outwards at height `top_m` over the floor. `outwards` is
+/// the horizontal unit vector from the view's axis (MirrorViewSettings::axis_offset_m) to the landmark's. Returns
+/// nothing where the view's axis lies within the landmark, and for input that is not finite.
 std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m,
                                               double top_m);
 
 /// The reason why a range is given or withheld.
 enum class RangeVerdict {
   kOk,
-  kNotSeen,      ///< no pixel of its colour in the lower mirror
+  kNotSeen,      ///< no pixel of its colour in the lower mirror (method `outline`: in neither mirror)
   kTruncated,    ///< its colour reaches the lower rim: the top lies outside the mirror, the landmark is too near
-  kNoMatch,      ///< seen in the lower mirror, but not on the line to the centre in the upper one
+  kNoMatch,      ///< seen, but no match in the upper mirror (method `outline`: no outline can be fitted)
   kBeyondLimit,  ///< the disparity is not positive: farther than the views can measure
   kSameColour,   ///< another landmark has this hue, so the two cannot be distinguished
   kOneView,      ///< given, from one view and the top's known height: the other view does not show the top
@@ -70,7 +70,7 @@ struct RangeMeasurement {
   std::optional<Sighting> upper_sighting;
 };
 
-/// An answer, of one method or of a part of it, with that verdict.
+/// Returns the answer, of a method or of a part of one, with that verdict in it.
 template <typename Answer>
 Answer with_verdict(Answer answer, RangeVerdict verdict) {
   answer.verdict = verdict;

@@ -52,8 +52,8 @@ Profile profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::
   return {std::move(profile), searched};
 }
 
-/// The number of samples of the search before the image gets dark and stays dark. An image may hold only the mirror and
-/// its nearest surroundings, and the end of these is not the rim.
+/// Returns the number of samples of the search before the image gets dark and stays dark. An image may hold only the
+/// mirror and its nearest surroundings, and the end of these is not the rim.
 std::size_t lit(const Profile& profile) {
   const auto last =
       std::find_if(profile.grey.rbegin(), profile.grey.rend(), [](double grey) { return grey > kDarkGrey; });
@@ -62,7 +62,8 @@ std::size_t lit(const Profile& profile) {
   return std::min(lit > kSpread ? lit - kSpread : 0, profile.searched);
 }
 
-/// The position of the strongest step of brightness on the way outwards, as an index into the profile's first `count`.
+/// Returns the position of the strongest step of brightness on the way outwards, as an index into the profile's first
+/// `count` samples.
 std::optional<double> strongest_step(const std::vector<double>& profile, std::size_t count, double least) {
   const int half = kSamplesPerPixel;  // the step over two pixels
   const int end = static_cast<int>(count) - half;
@@ -79,7 +80,7 @@ std::optional<double> strongest_step(const std::vector<double>& profile, std::si
     }
   }
   if (best_at < 0) return std::nullopt;
-  // The middle of the plateau of equally strong steps.
+  // Take the middle of the plateau of equally strong steps.
   int last = best_at;
   while (last + 1 < end && step_at(last + 1) > 0.99 * best) ++last;
   return (best_at + last) / 2.0;
@@ -119,7 +120,7 @@ cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
   return grey;
 }
 
-/// The circle that fits most of the edges.
+/// Fits a circle to most of the edges.
 std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, const RimCircle& expected) {
   if (!are_enough(edges)) return std::nullopt;
   RimCircle circle = expected;
@@ -162,7 +163,7 @@ constexpr double kSample_px = 0.125;
 constexpr double kLeastRimContrast = 0.05;  // share of white, linear light
 constexpr int kCircleIterations = 20;
 
-/// Radius of the edge in one direction.
+/// Measures the radius of the edge in one direction.
 std::optional<double> edge_radius(const cv::Mat& grey, const RimCircle& circle, const Eigen::Vector2d& out) {
   double inside = 0;
   double outside = 0;
@@ -213,7 +214,7 @@ std::vector<Edge> edges_about(const cv::Mat& grey, const RimCircle& circle, int 
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected) {
   const cv::Mat grey = checked_grey(rgb, expected);
   const auto rim = circle_of(strongest_edges(grey, expected, Edges::kLit), expected);
-  // The rim of a mirror in front of something dark is where the dark begins.
+  // In front of a dark background, the rim of a mirror is where the dark begins.
   return rim ? rim : circle_of(strongest_edges(grey, expected, Edges::kAll), expected);
 }
 
@@ -293,7 +294,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
 
 std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const Eigen::Vector2d& expected_px,
                                           double reach_px) {
-  constexpr double kNearest_px = 8;  // closer in, a gradient's own window sees the other side of the tip
+  constexpr double kNearest_px = 8;  // nearer to the tip, a gradient's window extends to the tip's other side
   constexpr double kLeastGradient = 0.04;
   constexpr std::size_t kLeastEdges = 100;
   if (!(reach_px > kNearest_px)) throw std::invalid_argument("measure_tip: reach_px must be > 8");

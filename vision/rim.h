@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-/// The circles of a mirror in the camera's image: its rim, roughly and to sub-pixels, and its tip.
+/// Finds a mirror's rim in the camera's image, roughly and to sub-pixels, and the point of its tip.
 namespace twocone::vision {
 
 /// The rim of a mirror as a circle in the image.
@@ -19,8 +19,8 @@ struct RimCircle {
 
 /// Searches for the rim within a fifth of `expected`'s radius about it: finds the strongest step of brightness along
 /// each of 360 directions, then the circle that fits most of those edges (least squares, with less weight the farther
-/// an edge is from the circle). Nothing where no circle agrees with more than a third of the directions (an even
-/// background, an image without mirror).
+/// an edge is from the circle). Returns nothing where no circle agrees with more than a third of the directions (an
+/// even background, an image without mirror).
 ///
 /// Edges at which the image gets dark and stays dark to the end of the search count only where the others make no
 /// circle. An image may hold only the mirror and its nearest surroundings, and the end of these is not the rim; but a
@@ -28,12 +28,13 @@ struct RimCircle {
 ///
 /// The accuracy is sub-pixel where the step is sharp, but it depends on the contrast between rim and background: this
 /// is a check, not a calibration.
-/// @param rgb CV_8UC3. @throws std::invalid_argument for another type or an `expected.radius_px` that is not > 0
+/// @param rgb CV_8UC3. @throws std::invalid_argument for another type, an `expected.radius_px` that is not > 0, and
+/// numbers of `expected` that are not finite
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected);
 
 /// Returns whether brightness changes clearly, by 12 grey levels, in a third of the directions in which find_rim()
-/// searches, not counting edges where the image gets dark to the end of the search. If not, a rim that is not found
-/// means nothing: it may be there without contrast to its background.
+/// searches. Edges where the image gets dark to the end of the search do not count. If this is false, no conclusion
+/// follows from a rim that is not found: it may be present without contrast to its background.
 /// @throws as find_rim()
 bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected);
 
@@ -47,7 +48,8 @@ struct RimMeasurement {
   double support = 0;     ///< share of the directions whose edge lies on the circle, 0 to 1
 };
 
-/// Each pixel's median over the images of a drive, channel by channel: the surroundings blur, rim and mountings remain.
+/// Returns each pixel's median over the images of a drive, channel by channel. The surroundings blur, while the rim and
+/// its mountings remain.
 /// @param images CV_8UC3 of one size, at least one. @throws std::invalid_argument otherwise
 cv::Mat median_image(std::span<const cv::Mat> images);
 
@@ -60,8 +62,8 @@ cv::Mat median_image(std::span<const cv::Mat> images);
 /// Sigmas are those of the edges' scatter, two neighbouring edges counted as one, but not below kLeastRimSigma_px: a
 /// camera that is slightly off the mirror's axis shows the rim a little off the tip, and no image can distinguish that
 /// from noise.
-/// @param rgb median_image(), sRGB-coded. Nothing where find_rim() gives nothing. @throws std::invalid_argument as
-/// find_rim()
+/// @param rgb median_image(), sRGB-coded
+/// @returns nothing where find_rim() gives nothing. @throws std::invalid_argument as find_rim()
 std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected);
 constexpr double kLeastRimSigma_px = 0.05;
 
@@ -81,12 +83,13 @@ struct TipMeasurement {
 ///
 /// A tilt t bends the lines: the answer is off by about t reach^2 / v (0.02 px for half a degree, 40 px and v 700 px).
 /// In images without anti-aliasing edges are stairs, and the answer is off by up to 0.2 px: kLeastTipSigma_px.
-/// It checks the result of calibrate() and is not a part of it. Nothing where fewer than 100 edge pixels agree.
+/// The answer checks the result of calibrate() and is not a part of it. Returns nothing where fewer than 100 edge
+/// pixels agree.
 /// @param images CV_8UC3. @throws std::invalid_argument for another type or a reach that is not > 8
 std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const Eigen::Vector2d& expected_px,
                                           double reach_px);
 
-/// Interpolates between the centres of a grey image's pixels; nothing outside them.
+/// Interpolates between the centres of a grey image's pixels. Returns nothing outside them.
 template <typename Pixel>
 std::optional<double> bilinear(const cv::Mat& grey, const Eigen::Vector2d& p) {
   if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1 && p.y() < grey.rows - 1)) return std::nullopt;

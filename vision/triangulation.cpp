@@ -53,7 +53,7 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
   return inverse;
 }
 
-/// The sighting's radius in the undistorted image; nothing where no place in the world gives such a pixel.
+/// Returns the sighting's radius in the undistorted image; nothing where no place in the world gives such a pixel.
 std::optional<double> radius_of(const ViewSighting& seen) {
   const MirrorViewSettings& s = seen.view->settings();
   const auto undistorted = seen.view->undistort_px(seen.sighting->pixel_px);
@@ -139,7 +139,7 @@ struct Fit {
     if constexpr (n == 3) x.slope += step[2];
   }
 
-  /// Rounding error of a residual, in sigmas.
+  /// Returns the rounding error of a residual, in sigmas.
   [[nodiscard]] double rounding_in_sigmas() const {
     double most = 0;
     for (const ViewSighting& seen : views) {
@@ -278,7 +278,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     answer.disparity_px = radii_px[0] - radii_px[1] * rig.lower.focal_length_px() / rig.upper.focal_length_px();
   }
 
-  // d of the inverse range, and the reference height of slopes: of the only view, or of the lower one of two.
+  // d of the inverse range and the reference height of slopes are those of the only view, or of the lower one of two.
   const MirrorViewSettings& first = seen[0].view->settings();
   const double offset_m = first.cone.lens_to_tip_m;
   const double reference_m = seen[0].view->tip_m().z();

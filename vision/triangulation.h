@@ -27,10 +27,10 @@ struct Triangulation {
   int degrees_of_freedom = 0;  ///< 2 with both views and a known top, 1 without, 0 with one view
 };
 
-/// Weighted least squares of both sightings. With a known height of the top, the unknowns are (range, bearing): each
-/// view gives the range by itself, and the views are weighted by their covariances. Without it, they are (range,
-/// bearing, height), and the range is that of the disparity. With a known height one sighting is enough: verdict
-/// kOneView.
+/// Computes a landmark's place by weighted least squares of both sightings. With a known height of the top, the
+/// unknowns are (range, bearing): each view gives the range by itself, and the views are weighted by their covariances.
+/// With an unknown height, they are (range, bearing, height), and the range is that of the disparity. With a known
+/// height one sighting is enough: verdict kOneView.
 ///
 /// Verdicts:
 /// * kOk, kOneView: range, bearing and covariance are given.
@@ -43,11 +43,11 @@ struct Triangulation {
 ///   than kMinSigmas of the pixel's sigma, or the landmark would stand around a view's axis, or the known top is on the
 ///   wrong side of the ray (a ray that rises never meets a top below the mirror).
 ///
-/// It takes any cone, tilt, offset and lens that MirrorView models. Start: where the ray meets the known height, or
-/// where the two rays meet in the vertical plane of their mean bearing. Then Gauss-Newton on whitened pixels, solved by
-/// QR, with MirrorView's analytic derivative, over inverse range u = 1 / (range + d), bearing and, if the height is
-/// unknown, the slope (top - tip of the lower mirror) u. Upright 90 degree views are linear in u and slope, so it takes
-/// two or three steps however far the landmark is. No heap allocation.
+/// It takes any cone, tilt, offset and lens that MirrorView models. The iteration starts where the ray meets the known
+/// height, or where the two rays meet in the vertical plane of their mean bearing. It is Gauss-Newton on whitened
+/// pixels with MirrorView's analytic derivative, solved by QR. The unknowns are inverse range u = 1 / (range + d),
+/// bearing and, if the height is unknown, the slope (top - tip of the lower mirror) u. Upright 90 degree views are
+/// linear in u and slope, so two or three steps are enough however far the landmark is. No heap memory is allocated.
 ///
 /// Error growth: sigma_range = (range + d)^2 sigma_disparity / (v s) for the disparity, and
 /// (range + d)^2 sigma_h / (v (top - lens - d)) for one view. The covariance is of first order: it is correct while the

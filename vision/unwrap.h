@@ -7,10 +7,10 @@
 
 namespace twocone::vision {
 
-/// Returns the mirror's image unrolled: columns are bearings from +pi (left) down to -pi (right), so that left stays
-/// left; rows are image radii from the rim (top) to the tip (bottom), one pixel each. With 90 degree cones this is a
+/// Returns the mirror's image unrolled. Columns are bearings from +pi (left) down to -pi (right), so left stays left.
+/// Rows are image radii from the rim (top) to the tip (bottom), one pixel each. With 90 degree cones this is a
 /// cylindrical panorama whose lowest row is the horizon. Bearings and radii are those of the unit's frame
-/// (vision/mirror_view.h), undistorted: a tilted mirror's horizon stays the lowest row, although the floor is then
+/// (vision/mirror_view.h), undistorted. So a tilted mirror's horizon stays the lowest row, while the floor appears
 /// tilted. The interpolation is bilinear.
 /// @throws std::invalid_argument for a width below 1 or an empty image
 cv::Mat unwrap(const cv::Mat& image, const MirrorView& view, int width_px);

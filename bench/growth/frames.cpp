@@ -30,7 +30,7 @@ double cpu_s(int processes) {
   return sum;
 }
 
-/// Peak memory of this process since it started this program.
+/// Returns the peak memory of this process since it started this program.
 double peak_mib() {
   const std::uint64_t bytes = base::peak_memory_bytes(::getpid());
   if (bytes == 0) throw std::runtime_error("/proc/self/status has no VmHWM");
@@ -41,7 +41,7 @@ struct RunFigures {
   double wall_s = 0, own_cpu_s = 0, povray_cpu_s = 0, peak_mib = 0;
 };
 
-/// Measures a run in a process of its own, because the peak memory of a process never falls.
+/// Measures a run in a separate process, because the peak memory of a process never falls.
 RunFigures figures_of(int frames, const Options& options) {
   base::ChildRequest request;
   request.program.path = fs::read_symlink("/proc/self/exe").string();

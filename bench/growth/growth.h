@@ -36,12 +36,13 @@ struct Growth {
   std::vector<Column> columns;
 };
 
-/// A table as markdown: each cell is the median with the lowest and the highest of its repeats. Then follow the
-/// exponents of the medians with their intervals, and those between the last two sizes, where fixed costs matter least.
+/// Returns the table as markdown: each cell is the median with the lowest and the highest of its repeats. Then follow
+/// the exponents of the medians with their intervals, and those between the last two sizes, where fixed costs matter
+/// least.
 std::string markdown(const Growth& growth);
 
 Growth grow_robots(const Options& options);
-/// As grow_robots(), where no view has to give up its process to another.
+/// Measures as grow_robots(), but with a process for each view, so no view has to give up its process to another.
 Growth grow_robots_with_a_process_a_view(Options options);
 /// Measures the effect of other robots in the room on a robot's fixes.
 Growth grow_error_by_robots(const Options& options);
@@ -56,21 +57,22 @@ void run_alone(int frames, const std::filesystem::path& scratch);
 
 // ---- for the parts
 
-/// The scene text that moves an object, made about the origin, to that pose; the scene has lab.pov's or room.inc's W().
+/// Returns the scene text that moves an object, made about the origin, to that pose. The scene must have the W() of
+/// lab.pov or room.inc.
 std::string standing_at(const Pose2& pose);
-/// The scene text of a robot at that pose, of the parts of scenes/parts/robot.inc. @param first_line its `//*PMName`,
-/// or nothing
+/// Returns the scene text of a robot at that pose, made from the parts in scenes/parts/robot.inc.
+/// @param first_line its `//*PMName`, or nothing
 std::string robot_at(const Pose2& pose, const std::string& first_line = "");
 
 /// Opens the cameras `lower` and `upper` and starts them.
 std::vector<std::unique_ptr<Camera>> start_pair(sim_povray::Simulation& simulation, const CameraSettings& settings,
                                                 int antialias = 1);
 
-/// Number of landmarks with a range.
+/// Returns the number of landmarks with a range.
 int ranged(const std::vector<vision::RangeMeasurement>& measurements);
 
-double wall_s();        ///< time of the steady clock
-double thread_cpu_s();  ///< processor time of the calling thread
+double wall_s();        ///< returns the time of the steady clock
+double thread_cpu_s();  ///< returns the processor time of the calling thread
 double median(std::vector<double> values);
 
 using testing_support::value;

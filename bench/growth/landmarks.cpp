@@ -21,7 +21,7 @@ constexpr std::array kInFix{3, 6, 12, 25, 50, 100};
 constexpr int kImagesOfOne = 5;  ///< number of poses
 constexpr int kFixes = 200;
 
-/// A saturated colour of that hue, linear.
+/// Returns a saturated colour of that hue, linear.
 Eigen::Vector3d colour_of(double turn) {
   const auto channel = [turn](double at) {
     const double off = std::abs(std::remainder(turn - at, 1.0)) * 6;
@@ -30,7 +30,7 @@ Eigen::Vector3d colour_of(double turn) {
   return {channel(0), channel(1.0 / 3), channel(2.0 / 3)};
 }
 
-/// Landmarks round an ellipse, as in the lab, with hues round the circle; neighbours are far apart in hue.
+/// Returns landmarks round an ellipse, as in the lab, with hues round the circle; neighbours are far apart in hue.
 std::vector<SyntheticLandmark> landmarks(int count) {
   std::vector<SyntheticLandmark> all;
   for (int i = 0; i < count; ++i) {
@@ -43,7 +43,8 @@ std::vector<SyntheticLandmark> landmarks(int count) {
   return all;
 }
 
-/// Landmarks round a room, seen from (0.21, -0.34) at 0.7 rad with errors of about a sigma: 3 mm + 2 mm/m, 1.5 mrad.
+/// Returns landmarks round a room, seen from (0.21, -0.34) m at 0.7 rad with errors of about a sigma: 3 mm + 2 mm/m,
+/// 1.5 mrad.
 std::vector<localisation::LandmarkMeasurement> sightings(int count, int variant) {
   std::vector<localisation::LandmarkMeasurement> all;
   for (int i = 0; i < count; ++i) {

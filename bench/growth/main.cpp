@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How times grow with robots, frames, pixels and landmarks: the tables of docs/performance.md.
+// Measures how times grow with robots, frames, pixels and landmarks, for the tables of docs/performance.md.
 #include <algorithm>
 #include <cstdio>
 #include <functional>

@@ -29,7 +29,7 @@ Growth grow_pixels(const Options& options) {
   const config::Robot lab = config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
   const config::Map map = config::read_map(lab.map);
   PlaceSettings place = config::to_place(map);
-  place.render.processes = 2;  // one for each view, so that an image's figures do not include another process's start
+  place.render.processes = 2;  // one for each view: an image's figures must not include the start of another process
   const auto host = value(SimulationHost::open(place));
 
   Growth growth;

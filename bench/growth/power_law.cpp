@@ -9,7 +9,8 @@
 namespace twocone::bench {
 namespace {
 
-/// 97.5 % quantile of Student's t.
+/// Returns the 97.5 % quantile of Student's t. Beyond 10 degrees of freedom it returns about the quantile of 10, which
+/// is too large rather than too small.
 double t_quantile(std::size_t degrees_of_freedom) {
   constexpr std::array kT{12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
   return degrees_of_freedom <= kT.size() ? kT.at(degrees_of_freedom - 1) : 2.23;

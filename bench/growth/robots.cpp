@@ -30,7 +30,7 @@ constexpr WheelSpeeds kSpeeds{-1.5, 4.5};
 /// The places are 0.9 m apart or more, in two rows.
 Pose2 place_of(int robot) { return {-1.4 + 0.95 * (robot % 4), robot < 4 ? -0.5 : 0.5, 0.3 + 0.7 * robot}; }
 
-/// The room of scenes/pair with this number of its robots.
+/// Returns the room of scenes/pair with this number of its robots.
 PlaceSettings room(int robots, const Options& options) {
   const std::string parts = TWOCONE_SOURCE_DIR "/scenes/parts";
   std::string scene = fmt::format("#version 3.7;\n#include \"{0}/room.inc\"\n#include \"{0}/robot.inc\"\n", parts);
@@ -60,7 +60,7 @@ SessionSettings session_of(int robot) {
   return session;
 }
 
-/// One robot with all its devices, for a thread of its own.
+/// One robot with all its devices, for a separate thread.
 struct Rider {
   std::unique_ptr<Simulation> simulation;
   std::unique_ptr<DiffDrive> drive;
@@ -87,7 +87,7 @@ void all_ride(std::vector<Rider>& riders, int steps) {
   for (auto& ride : rides) ride.get();
 }
 
-/// Processor time of a step of the world alone: no images, no threads.
+/// Measures the processor time of a step of the world alone, without images and threads.
 double world_step_us(int robots, const PlaceSettings& place) {
   World world(place);
   world.set_rate(kSize.rate_hz);

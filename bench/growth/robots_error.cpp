@@ -49,7 +49,7 @@ Room make_room(const config::Robot& robot, const config::Map& map, int number) {
   return {{all.begin(), all.begin() + kPoses}, {all.begin() + kPoses, all.end()}};
 }
 
-/// The lab with the first `others` of the other robots.
+/// Opens the lab with the first `others` of the other robots.
 std::shared_ptr<sim_povray::SimulationHost> open(const config::Map& map, const Room& room, int others,
                                                  const Options& options) {
   std::ifstream in(*map.scene);

@@ -16,7 +16,7 @@ struct Seen {
   double render_ms = 0;         ///< POV-Ray's processor time for both
 };
 
-/// The stereo frame of time 0 at a pose. @throws std::runtime_error for whatever fails
+/// Returns the stereo frame of time 0 at a pose. @throws std::runtime_error for any failure
 Seen seen_at(sim_povray::SimulationHost& host, sim_povray::SessionSettings session, const config::Robot& robot,
              const Pose2& pose);
 

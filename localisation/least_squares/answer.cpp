@@ -17,8 +17,7 @@ namespace {
 /// Largest relative error of first order in the rise of chi-squared from a minimum, where there is one minimum only.
 constexpr double kExplained = 0.1;
 
-/// Where chi-squared is above this many times the limit after a dozen steps from a closed-form start, the start is
-/// given up.
+/// A closed-form start is abandoned if chi-squared is above this many times the limit after a dozen steps from it.
 constexpr double kWorth = 1e3;
 
 /// Beyond this many sizes of the problem a minimum diverges to infinity.
@@ -29,10 +28,10 @@ class Minima {
  public:
   void add(const Minimum& m) {
     if (!std::isfinite(m.cost) || std::hypot(m.state.x, m.state.y) > kFarAway) return;
-    // A minimum that did not converge is kept only as long as there is no other.
+    // A minimum that did not converge is kept only until another is found.
     if (!minima_.empty() && !m.converged) return;
     if (!minima_.empty() && !minima_.front().converged) minima_.clear();
-    // Two results for one minimum differ by the limit of the last step. The ends of a flat one are joined later.
+    // Two results for one minimum differ by the limit of the last step. The ends of a flat minimum are joined later.
     constexpr double kSame = 1e-9;
     auto at = minima_.begin();
     for (; at != minima_.end(); ++at) {
@@ -87,8 +86,8 @@ Eigen::Matrix3d covariance_of(const Factor& f, int unknowns) {
   return inverse * inverse.transpose();
 }
 
-/// The factor of a minimum without the gradients of landmarks within `reach`, the uncertainty of the position. The
-/// direction of such a landmark is unknown (T16: the robot is at its place).
+/// Returns the factor of a minimum without the gradients of landmarks within `reach`, the uncertainty of the position.
+/// The direction of such a landmark is unknown (T16: the robot is at its place).
 Factor factor_beyond(const Problem& problem, const Minimum& m, double reach) {
   for (const Landmark& l : problem.landmarks) {
     if (std::hypot(l.x - m.state.x, l.y - m.state.y) <= reach) return linearise(problem, m.state, reach).factor;
@@ -96,7 +95,7 @@ Factor factor_beyond(const Problem& problem, const Minimum& m, double reach) {
   return m.factor;
 }
 
-/// The factor for the covariance at a minimum.
+/// Returns the factor for the covariance at a minimum.
 Factor first_order_factor(const Problem& problem, const Minimum& m) {
   const int unknowns = problem.unknowns();
   if (!has_full_rank(m.factor, unknowns)) return m.factor;
@@ -104,7 +103,7 @@ Factor first_order_factor(const Problem& problem, const Minimum& m) {
   return factor_beyond(problem, m, std::sqrt(covariance(0, 0) + covariance(1, 1)));
 }
 
-/// The covariance of all directions but the least observed one.
+/// Returns the covariance of all directions except the least observed one.
 Eigen::Matrix3d covariance_across(const Directions& d) {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (int k = 0; k < d.unknowns - 1; ++k) {
@@ -114,12 +113,12 @@ Eigen::Matrix3d covariance_across(const Directions& d) {
   return covariance;
 }
 
-/// Returns whether chi-squared three sigmas out along the least observed direction is near the 9 of a parabola: not
-/// below half of it, where the ellipse would be too small, nor above four times it (a landmark at the robot's place,
-/// which the ellipse leaves out, adds twice as much).
+/// Returns whether chi-squared three sigmas out along the least observed direction is near the 9 of a parabola. It may
+/// not be below half of that, where the ellipse would be too small, or above four times that (a landmark at the robot's
+/// place, which the ellipse leaves out, adds twice as much).
 bool is_first_order(const Problem& problem, const Minimum& m, const Factor& f, const Eigen::Matrix3d& covariance) {
   const int unknowns = problem.unknowns();
-  // An upper bound of what the rows' curvature adds at one sigma, whitened. It is nearly always so small that no
+  // Compute an upper bound of the rows' curvature at one sigma, whitened. It is nearly always so small that no
   // direction needs a test.
   const double spread = covariance(0, 0) + covariance(1, 1);
   double curved = 0;
@@ -145,15 +144,15 @@ bool is_first_order(const Problem& problem, const Minimum& m, const Factor& f, c
   return true;
 }
 
-/// A set with a larger chi-squared is neither consistent nor one with too small sigmas: Laurent and Massart's bound of
-/// the quantile (2000, lemma 1).
+/// Returns the limit of chi-squared above which a set is neither consistent nor one whose sigmas are too small. It uses
+/// Laurent and Massart's bound of the quantile (2000, lemma 1).
 double largest_believed(const Problem& problem) {
   const double n = std::max(1, problem.numbers - problem.unknowns());
   const double x = -std::log(kFalseAlarm);
   return std::max(n + 2 * std::sqrt(n * x) + 2 * x, kMostRatio * n);
 }
 
-/// The limit of chi-squared above which no minimum matters.
+/// Returns the limit of chi-squared above which no minimum matters.
 double limit_of(const Problem& problem, const Minima& minima) {
   const double best = minima.all().empty() ? std::numeric_limits<double>::infinity() : minima.all().front().cost;
   return std::min(best, largest_believed(problem)) + kRival;
@@ -189,12 +188,12 @@ Answer nothing(FixVerdict verdict) {
   return a;
 }
 
-/// The mean square, along `unseen`, of the places on the floor of a valley, weighted by their likelihood
-/// exp(-chi-squared / 2). A Gaussian can represent only that in a direction along which chi-squared is no parabola. The
-/// floor is followed in both directions, as it bends.
+/// Computes the mean square, along `unseen`, of the places on the floor of a valley, weighted by their likelihood
+/// exp(-chi-squared / 2). In a direction along which chi-squared is no parabola, a Gaussian can represent no more than
+/// this. The floor is followed in both directions, because it bends.
 double variance_along(const Problem& problem, const Minimum& place, const Eigen::Vector3d& unseen) {
   constexpr double kSteps = 4;        // steps per width: a step is a quarter of the width
-  constexpr int kMostWidths = 16;     // in each direction; where chi-squared does not rise by then it is no Gaussian
+  constexpr int kMostWidths = 16;     // in each direction; if chi-squared has not risen by then, it is no Gaussian
   constexpr double kNegligible = 25;  // a rise of chi-squared: exp(-25 / 2) = 4e-6
   const int unknowns = problem.unknowns();
   const auto rise_at = [&](double t) { return cost_at(problem, moved(place.state, t * unseen)) - place.cost; };
@@ -330,7 +329,7 @@ Answer solve(const Problem& problem) {
     if (problem.has_heading && problem.places.ranged >= 1) is_searched = add_searched(problem, minima);
   }
   Answer a = weigh(problem, minima);
-  // An answer with possible further ones is no answer, except a weak one, which states that itself.
+  // An answer is withheld if others are possible. A weak answer states this itself and is kept.
   if (!is_searched && a.verdict != FixVerdict::kWeak) a.verdict = FixVerdict::kTooFew;
   if (a.verdict != FixVerdict::kTooFew && a.verdict != FixVerdict::kContradictory) {
     a.is_consistent = is_consistent(problem, a);

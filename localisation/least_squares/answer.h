@@ -39,14 +39,16 @@ constexpr double kFalseAlarm = 1e-4;
 /// one.
 constexpr double kRival = 27;
 
-/// All sigmas may be too small by a common factor of three before that is a contradiction.
+/// Limit of chi-squared over its degrees of freedom. All sigmas may be too small by a common factor of three, the
+/// square root of the limit, before that is a contradiction.
 constexpr double kMostRatio = 9;
 
-/// Two minima are two answers if chi-squared between them rises by this much over the worse one; otherwise they are one
+/// Two minima are two answers if chi-squared between them rises by this much over the worse one. Otherwise they are one
 /// answer that is not observed to first order. In a quartic double well with minima of sigma s at +-a, it rises by
-/// (a / 2 s)^2: here 6 sigma to either side.
+/// (a / 2 s)^2, so 9 is reached where a is 6 sigma.
 constexpr double kRidge = 9;
 
+/// Solves the problem with all its landmarks.
 Answer solve(const Problem& problem);
 
 /// The answer after the wrong landmarks are left out.
@@ -60,17 +62,17 @@ constexpr int kFewestBelieved = 3;
 /// Up to this number of landmarks, every single one and every pair is left out in turn.
 constexpr int kMostTriedInTurn = 8;
 
-/// Solves an inconsistent problem without its wrong landmarks. Nothing where no set explains the others, or where
-/// several sets do that give different places. Fewer are left out than believed, and kFewestBelieved or more are
-/// believed.
+/// Solves an inconsistent problem without its wrong landmarks. Returns nothing where no set can be left out so that the
+/// others agree, or where several such sets give different places. Fewer are left out than believed, and
+/// kFewestBelieved or more are believed.
 ///
 /// Up to kMostTriedInTurn landmarks: leaves out each one, then each pair, and takes the smallest set without which the
-/// others are consistent. If there is none, and with more landmarks, it uses consensus. Small samples (two landmarks
-/// where all have range and bearing, else three), drawn in a fixed order that spreads evenly, each give a place. Places
-/// are rated by the errors of the landmarks there, each counted up to the false-alarm limit only. The number of samples
-/// is such that a sample without an outlier is missed with a probability of 1e-9, given the share of landmarks that
-/// agree so far. From the best few places the landmarks that agree are fitted, and selected again by the forecast of
-/// the fit, until the set does not change. The cost is linear in the landmarks.
+/// others are consistent. If there is no such set, or with more landmarks, it uses consensus. Small samples (two
+/// landmarks where all have range and bearing, else three) are drawn in a fixed order that spreads evenly, and each
+/// gives a place. Places are rated by the errors of the landmarks there, each counted up to the false-alarm limit only.
+/// The number of samples is such that a sample without an outlier is missed with a probability of 1e-9, given the share
+/// of landmarks that agree so far. From the best few places the landmarks that agree are fitted, and selected again by
+/// the forecast of the fit, until the set does not change. The cost is linear in the landmarks.
 std::optional<Cleaned> without_outliers(const Problem& problem);
 
 }  // namespace twocone::localisation::least_squares

@@ -12,8 +12,8 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// Returns whether two explanations give the same place: each is where the other's own covariance allows. (With the sum
-/// of both covariances, a vague explanation would agree with a sharp one that is wrong.)
+/// Returns whether two explanations give the same place: each place agrees with the other's own covariance. (With the
+/// sum of both covariances, a vague explanation would agree with a sharp one that is wrong.)
 bool agree(const Answer& a, const Answer& b) {
   if (a.verdict != FixVerdict::kOk || b.verdict != FixVerdict::kOk) return false;
   const bool has_heading = a.place.covariance(2, 2) > 0 && b.place.covariance(2, 2) > 0;
@@ -28,7 +28,7 @@ bool agree(const Answer& a, const Answer& b) {
   return true;
 }
 
-/// The best of the explanations that leave out equally many; nothing where another one gives another place.
+/// Returns the best of the explanations that leave out equally many; nothing where another one gives another place.
 std::optional<Cleaned> choose(const std::vector<Cleaned>& found) {
   const auto best = std::ranges::min_element(found, {}, [](const Cleaned& c) { return c.answer.chi_squared; });
   for (const Cleaned& c : found) {
@@ -55,7 +55,7 @@ class Subset {
     const Problem rest = without(is_out);
     const int left_out = int(problem_.landmarks.size() - kept_.size());
     if (2 * left_out >= int(problem_.landmarks.size()) || int(kept_.size()) < kFewestBelieved) return;
-    if (rest.numbers <= rest.unknowns()) return;  // no redundancy to check whether they agree
+    if (rest.numbers <= rest.unknowns()) return;  // without redundancy nothing shows whether they agree
     const Answer answer = solve(rest);
     if (!answer.is_consistent) return;
     Cleaned cleaned{{}, answer};
@@ -128,12 +128,12 @@ class Consensus {
         if (answer.other) largest_share = std::max(largest_share, add(answer.other->state));
       }
       if (k + 1 < kFewestSamples) continue;
-      // The probability that all samples so far held an outlier, if the largest share that agrees is the true one.
+      // Stop where it is improbable that all samples so far held an outlier, if the largest share that agrees is true.
       if ((k + 1) * std::log1p(-std::min(1 - 1e-9, std::pow(largest_share, size))) < std::log(kMissed)) return;
     }
   }
 
-  /// Takes landmarks k, k + a, k + b, cyclically, with steps that differ from sample to sample: nothing is random.
+  /// Takes landmarks k, k + a, k + b, cyclically, with steps that differ from sample to sample. Nothing is random.
   bool take_sample(int k, int size, std::array<Landmark, 3>& sample) const {
     constexpr double kGolden = 0.6180339887498949;
     std::array<std::size_t, 3> at{count_, count_, count_};  // entries that are not drawn are sorted behind the others
@@ -189,7 +189,7 @@ class Consensus {
     return {};
   }
 
-  /// The error of a sample's place is larger than the landmarks' own noise: twice as many sigmas are allowed.
+  /// The error of a sample's place is larger than the landmarks' own noise, so twice as many sigmas are allowed.
   static constexpr double kLoose = 4;
 
   const Problem& problem_;

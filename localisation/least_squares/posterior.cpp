@@ -17,7 +17,8 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// Iteration ends below this many posterior sigmas; the remaining error is far too small to affect regions of 99.9 %.
+/// The iteration ends at a step below this many posterior sigmas. The error that remains is far too small to affect
+/// regions of 99.9 %.
 constexpr double kStepEnd = 1e-6;
 constexpr int kMostSteps = 50;
 /// A second place is neglected where it is less likely than the first by this factor: a tenth of the probability
@@ -26,9 +27,9 @@ constexpr double kOtherPlace = 1e-4;
 /// Two results of the iteration are two places if they are this many sigmas apart.
 constexpr double kApart = 1;
 /// Distance of further starts from the prior's mean, in its sigmas. A minimum that is not reached from one of these is
-/// less likely, by the prior alone, than exp(-2^2 / 2), and the valleys of the others are in between.
+/// less likely, by the prior alone, than exp(-2^2 / 2), and the valleys of the other minima are in between.
 constexpr double kStartSigmas = 2;
-/// Distance at which the posterior is compared with its ellipse: chi-squared is 9 there. A region of 99.9 % has 16.3.
+/// Distance at which the posterior is compared with its ellipse, where chi-squared is 9. A region of 99.9 % has 16.3.
 constexpr double kLookSigmas = 3;
 /// Limits of chi-squared over that 9. They are chosen by trial (pose_filter_weak_test.cpp, 10,000 draws): regions of
 /// 99.9 % then contain the truth in 99.88 %, at the cost of 7 % of the fixes; without the test, the truth would be
@@ -76,7 +77,7 @@ class Whitened {
   double root_;
 };
 
-/// Gauss-Newton with Levenberg's damping. Nothing where it does not converge.
+/// Finds a mode by Gauss-Newton with Levenberg's damping. Returns nothing where it does not converge.
 std::optional<Point> climb(const Whitened& posterior, const Eigen::Vector3d& start) {
   Point now = posterior.linearise(start);
   double damping = 0;
@@ -94,7 +95,7 @@ std::optional<Point> climb(const Whitened& posterior, const Eigen::Vector3d& sta
       now = next;
       damping = damping < 1e-3 ? 0 : damping / 10;
     } else {
-      // Rounding of the cost hides the gain of the last steps.
+      // The rounding of the cost is larger than the gain of the last steps.
       if (next.cost - now.cost <= 8 * kEps * now.cost) return now;
       damping = damping == 0 ? 1 : damping * 10;
     }
@@ -102,7 +103,7 @@ std::optional<Point> climb(const Whitened& posterior, const Eigen::Vector3d& sta
   return std::nullopt;
 }
 
-/// The most likely pose; nothing where there are several, or none.
+/// Returns the most likely pose; nothing where there are several, or none.
 std::optional<Point> only_mode(const Whitened& posterior) {
   auto best = climb(posterior, Eigen::Vector3d::Zero());
   if (!best) return std::nullopt;

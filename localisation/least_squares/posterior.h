@@ -12,7 +12,7 @@ namespace twocone::localisation::least_squares {
 /// The distribution of a pose, (x m, y m, heading rad), after measurements, given a prior.
 struct Posterior {
   enum class Kind {
-    kGaussian,     ///< `mean` and `covariance` hold it
+    kGaussian,     ///< `mean` and `covariance` describe it
     kNotGaussian,  ///< no ellipse would be correct: it is bent, or there is more than one place
     kNothing,      ///< no measurement is usable, or the prior has no covariance
   };
@@ -23,8 +23,8 @@ struct Posterior {
   double chi_squared = 0;
 };
 
-/// Updates a pose by the measurements themselves rather than by a fix of them: it finds the most likely pose by
-/// Gauss-Newton about the prior's place (an iterated Kalman update), so that no tangent is taken away from the robot.
+/// Updates a pose by the measurements themselves rather than by a fix of them. It finds the most likely pose by
+/// Gauss-Newton about the prior's place (an iterated Kalman update), so it never linearises far from the robot.
 ///
 /// Correct regions have priority over more information. The posterior is tested on a sphere of three sigmas round the
 /// most likely pose, in 26 directions. The result is kNotGaussian instead of an ellipse where chi-squared there differs

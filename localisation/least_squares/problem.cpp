@@ -13,7 +13,7 @@
 namespace twocone::localisation::least_squares {
 namespace {
 
-/// A range with a sigma of this many sizes of the problem gives no information that doubles could add up.
+/// The information of a range with a sigma of this many sizes of the problem is lost in the rounding of doubles.
 constexpr double kNoInformation = 1e8;
 
 /// The standard deviation of a uniformly distributed angle: pi / sqrt(3). A Gaussian of that width or more on the
@@ -74,7 +74,7 @@ int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, Lan
   if (count == 0) return 0;
   frame.origin_m = low / 2 + high / 2;  // halved first: the sum of two huge ones overflows
   const double size_m = std::max({high.x() - frame.origin_m.x(), high.y() - frame.origin_m.y(), longest_m});
-  // The scale is limited so that a double can hold its inverse.
+  // The scale is limited because a double must hold its inverse.
   const int exponent = size_m > 0 ? std::clamp(std::ilogb(size_m), -1000, 1000) : 0;
   frame.unit_m = std::ldexp(1, exponent);
   const double per_m = std::ldexp(1, -exponent);

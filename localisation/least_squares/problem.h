@@ -17,8 +17,8 @@ constexpr double kEps = std::numeric_limits<double>::epsilon();
 
 inline double square(double x) { return x * x; }
 
-/// Origin and unit of a problem's lengths: the middle of the landmarks, and a power of two near the problem's size. So
-/// a far origin costs no digits, and 1e150 m or 1e-150 m are as accurate as 1 m.
+/// Origin and unit of a problem's lengths: the middle of the landmarks, and a power of two near the problem's size.
+/// Therefore a far origin costs no digits, and 1e150 m or 1e-150 m are as accurate as 1 m.
 struct Frame {
   Eigen::Vector2d origin_m = Eigen::Vector2d::Zero();
   double unit_m = 1;

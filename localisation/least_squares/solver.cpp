@@ -63,7 +63,7 @@ inline Rows rows_of(const Landmark& l, const PoseTerms& at, double nearest) {
   return rows;
 }
 
-/// Within the rounding of coordinates there is no direction to a landmark.
+/// Returns the distance within which the rounding of coordinates leaves no direction to a landmark.
 double nearest_by_rounding(const Problem& problem) { return 16 * problem.rounding; }
 
 /// Room for the whitened rows of a problem: on the stack for the usual sizes, on the heap beyond.
@@ -74,7 +74,8 @@ struct Workspace {
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 4>> rows;
 };
 
-/// Householder's QR in place, of the first `unknowns` columns of `rows` rows; it is applied to the fourth column too.
+/// Computes Householder's QR in place, of the first `unknowns` columns of `rows` rows, and applies it to the fourth
+/// column too.
 void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor& f) {
   double* const columns[4] = {a, a + stride, a + 2 * stride, a + 3 * stride};
   f = Factor();
@@ -127,7 +128,7 @@ Minimum linearise_in(const Problem& problem, const State& state, double nearest,
   return here;
 }
 
-/// A diagonal element below this share of its column's norm is zero up to rounding.
+/// Returns the limit, a share of column k's norm, below which a diagonal element is zero up to rounding.
 double negligible(const Factor& f, int k) { return 8 * kEps * f.norm[k]; }
 
 /// Solves R d = q; unknowns that R does not observe stay 0.
@@ -153,7 +154,7 @@ Eigen::Vector3d solve_damped(const Factor& f, int unknowns, double damping) {
   return solve(damped, unknowns);
 }
 
-/// Half of the second derivatives of chi-squared that J^T J leaves out: -sum e h'', by the position alone.
+/// Computes half of the second derivatives of chi-squared that J^T J leaves out, -sum e h'', by the position alone.
 Eigen::Matrix2d curvature(const Problem& problem, const State& state, double nearest) {
   const PoseTerms at(state);
   double xx = 0;
@@ -192,7 +193,7 @@ bool is_bowl(const Problem& problem, const Minimum& m, double nearest) {
   const Eigen::Matrix2d c = curvature(problem, m.state, nearest);
   const Eigen::Matrix3d& r = m.factor.r;
   if (problem.unknowns() == 3 && !(std::abs(r(2, 2)) > 0)) return false;
-  // With a heading, eliminate it from R^T R: the rest is that of the position, as by QR in the other order. Its
+  // If there is a heading, eliminate it from R^T R. The rest is that of the position, as by QR in the other order. Its
   // determinant is that of R without the heading's column.
   Eigen::Matrix2d h = r.topLeftCorner<2, 2>().transpose() * r.topLeftCorner<2, 2>();
   if (problem.unknowns() == 3) {
@@ -221,7 +222,7 @@ struct Bowl {
     if (is_number) eigen.compute(h);
   }
   [[nodiscard]] double least() const { return eigen.eigenvalues()[0]; }
-  /// Newton's step, with uphill directions reversed.
+  /// Returns Newton's step, with uphill directions reversed.
   [[nodiscard]] Eigen::Vector3d step(const Factor& f, double damping) const {
     const Eigen::Vector3d slope = scale.cwiseProduct(f.r.transpose() * f.q);
     const Eigen::Vector3d along = eigen.eigenvectors().transpose() * slope;
@@ -238,8 +239,8 @@ struct Bowl {
 
 double spacing_of(const State& state) { return kEps * (1 + std::abs(state.x) + std::abs(state.y)); }
 
-/// Newton's method with all second derivatives, from the end of Gauss-Newton: for the last digits of a minimum that is
-/// bent by its residuals, for a minimum that first order does not see, and to leave a saddle.
+/// Continues from the end of Gauss-Newton by Newton's method with all second derivatives. This gives the last digits of
+/// a minimum that is bent by its residuals, finds a minimum that first order does not see, and leaves a saddle.
 void continue_by_newton(const Problem& problem, Workspace& work, Minimum& now) {
   const double nearest = nearest_by_rounding(problem);
   constexpr double kFarthest = 1;  // sizes of the problem, or radians, in one step
@@ -255,7 +256,7 @@ void continue_by_newton(const Problem& problem, Workspace& work, Minimum& now) {
     Eigen::Vector3d step = bowl.step(now.factor, damping);
     double size = step.cwiseAbs().maxCoeff();
     const double spacing = spacing_of(now.state);
-    // The gain that the step predicts.
+    // This is the gain that the step predicts.
     const double gain = step.dot(now.factor.r.transpose() * now.factor.q);
     const bool is_last_digits = damping == 0 && gain <= 1e-10 * (1 + now.cost) && bowl.least() > kSaddle;
     const bool is_end =
@@ -327,10 +328,10 @@ Minimum minimise(const Problem& problem, const State& start, double worth) {
       now.converged = true;
       break;
     }
-    // Such a small gain in chi-squared is a step of 1e-5 sigma, where rounding of the cost decides whether it is seen.
+    // Such a small gain in chi-squared is a step of 1e-5 sigma. The rounding of the cost decides whether it shows.
     const bool is_last_digits = damping == 0 && now.factor.q.squaredNorm() <= 1e-10 * (1 + now.cost);
     if (is_last_digits && size >= last_step / 2) {
-      // A step that no longer shrinks is rounding, or comes from the residuals' curvature that first order leaves out.
+      // A step that no longer shrinks is due to rounding, or to the residuals' curvature, which first order leaves out.
       now.converged = now.factor.q.squaredNorm() <= square(64 * spacing_of(now.state) * now.factor.norm.maxCoeff());
       break;
     }
@@ -355,7 +356,7 @@ bool may_hold_minimum(const Problem& problem, const State& state, double reach, 
   constexpr double kReaches = 4;    // limit of a step over `reach`, for a step that is accurate to a quarter of itself
   constexpr double kNoticed = 0.5;  // fall of chi-squared from a ridge within `reach`
   const Minimum here = linearise(problem, state, 0);
-  // Where residuals are many sigmas, their curvature would hide that first order is valid within a cell.
+  // If residuals are many sigmas, their curvature would hide that first order is valid within a cell.
   if (!is_fine) return solve(here.factor, problem.unknowns()).head<2>().norm() <= kReaches * reach;
   const Bowl bowl(problem, here, nearest_by_rounding(problem));
   if (!bowl.is_number) return false;
@@ -390,7 +391,7 @@ Directions directions(const Factor& f, int unknowns) {
   d.singular = svd.singularValues();
   d.u = svd.matrixU();
   d.v = svd.matrixV();
-  if (unknowns == 2 && d.singular[1] == 0 && std::abs(d.v(2, 1)) > 0.5) {  // two zeros: ours comes first
+  if (unknowns == 2 && d.singular[1] == 0 && std::abs(d.v(2, 1)) > 0.5) {  // of two zeros, that of an unknown is first
     d.v.col(1).swap(d.v.col(2));
     d.u.col(1).swap(d.u.col(2));
   }

@@ -26,7 +26,7 @@ void add_ranged(const Problem& problem, Starts& starts) {
     middle += w * l.place();
   }
   middle /= sum;
-  // Relative to the weighted mean: r^2 = |l|^2 - 2 l.p + |p|^2, with sum w l = 0.
+  // Coordinates are relative to the weighted mean: r^2 = |l|^2 - 2 l.p + |p|^2, with sum w l = 0.
   double xx = 0;
   double xy = 0;
   double yy = 0;
@@ -57,8 +57,8 @@ void add_ranged(const Problem& problem, Starts& starts) {
   const auto add = [&](double across) {
     starts.add(with_heading(problem, middle.x() + along * ax - across * ay, middle.y() + along * ay + across * ax));
   };
-  // Nearer to the axis than sqrt(2 r sigma) the ranges do not determine the side; on the axis itself the cost has no
-  // slope to leave it.
+  // Nearer to the axis than sqrt(2 r sigma), the ranges do not determine the side. On the axis itself the cost has no
+  // slope that would lead away from it.
   const double height = std::max(std::sqrt(std::max(0.0, mean_square - along * along)), widest);
   add(height);
   add(-height);
@@ -75,8 +75,8 @@ void add_resection(const Problem& problem, Starts& starts) {
     normal += square(std::min(l.bearing_weight, 1 / std::sqrt(kEps))) * row * row.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(normal);
-  // Use the second eigenvector too. Near the circle through three landmarks there is a plane of null vectors: take
-  // directions all round it.
+  // Use the second eigenvector too. Near the circle through three landmarks there is a plane of null vectors, and
+  // starts are made in directions all round it.
   constexpr double kPlane = 1e-6;  // share of the largest eigenvalue: within a thousandth of the circle's size
   const bool is_plane = eigen.eigenvalues()[1] <= kPlane * eigen.eigenvalues()[3];
   starts.is_one_valley = is_plane;
@@ -116,8 +116,8 @@ struct Sector {
   double half_radius;
 };
 
-/// The weight of each number of a landmark by itself, whatever its other number is: chi-squared of two correlated
-/// numbers is at least the sum of their own squares over 1 + |correlation|.
+/// The weight of each number of a landmark by itself, whatever its other number is. This is a lower bound: chi-squared
+/// of two correlated numbers is at least the sum of their own squares over 1 + |correlation|.
 struct Sure {
   double range;    // 1 / sigma; 0 for none
   double bearing;  // 1 / sigma; 0 for none
@@ -140,8 +140,8 @@ struct Vote {
   double sigma_rad;
 };
 
-/// Greatest distance from the middle to a place of the sector; its square is (radius - radius')^2 + 4 radius radius'
-/// sin^2(turn / 2).
+/// Returns the greatest distance from the middle to a place of the sector. Its square is
+/// (radius - radius')^2 + 4 radius radius' sin^2(turn / 2).
 double reach_of(const Sector& s) {
   return std::sqrt(s.half_radius * s.half_radius +
                    s.radius * (s.radius + s.half_radius) * s.half_turn_rad * s.half_turn_rad);
@@ -214,7 +214,7 @@ class Search {
     const double x = centre_->x + sector.radius * std::cos(sector.turn_rad);
     const double y = centre_->y + sector.radius * std::sin(sector.turn_rad);
     const double reach = reach_of(sector);
-    // Within a landmark's own sigma, the search need not be finer than the direction to the landmark requires.
+    // Within a landmark's own sigma, cells need not be smaller than the direction to that landmark requires.
     const bool is_within_sigma = reach * sure_[centre_index_].range <= kCellSigmas;
     const bool is_speck = reach * sure_[centre_index_].range <= kSpeck;
     Candidate judged{0, true, true};

@@ -8,13 +8,13 @@
 
 #include "localisation/least_squares/problem.h"
 
-/// Where to start to find every minimum that matters: in closed form, and by searching the plane.
+/// Finds start states for every minimum that matters: in closed form, and by searching the plane.
 namespace twocone::localisation::least_squares {
 
 /// Start states. At least one of them is near each minimum that could be the answer.
 struct Starts {
   boost::container::static_vector<State, 40> states;
-  bool is_one_valley = false;  ///< all are on a circle that is not observed along: the first that converges suffices
+  bool is_one_valley = false;  ///< all lie along a circle that is not observed: the first that converges is enough
 
   void add(const State& s) {
     const bool is_number = std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.heading_rad);
@@ -27,20 +27,20 @@ struct Starts {
 struct Alignment {
   State state;
   /// |sum w conj(m) l|, w = 1 / (sigma_range^2 + range^2 sigma_bearing^2). A pose turned by an angle t against this one
-  /// has a chi-squared of at least 2 strength (1 - cos t): where strength is large there is one minimum only.
+  /// has a chi-squared of at least 2 strength (1 - cos t). So there is one minimum only where strength is large.
   double strength = 0;
 };
-/// Requires at least one landmark with range and bearing.
+/// Computes the alignment. Requires at least one landmark with range and bearing.
 Alignment align(const Problem& problem);
 
-/// The place with the heading that follows from the bearings there: the weighted mean of
+/// Returns the place with the heading that follows from the bearings there: the weighted mean of
 /// (direction to the landmark - bearing), as vectors; 0 without bearings.
 State with_heading(const Problem& problem, double x, double y);
 
 /// Adds starts for problems that the alignment does not determine:
-/// * Two or more ranges: the squared ranges are linear in the position and its square. Along the landmarks' main axis
-///   this gives one coordinate; across it, it gives the linear answer, and both roots of the square, which are mirror
-///   images.
+/// * Two or more ranges: the squared ranges are linear in the position and its square. This gives one coordinate along
+///   the landmarks' main axis. Across that axis, it gives the linear answer, and both roots of the square, which are
+///   mirror images.
 /// * Three or more bearings: cross(bearing, R^T l + t) = 0 is linear in (cos, sin, t); the null vector is found by
 ///   eigenvectors.
 /// The heading at a place is the mean of the headings that follow from the bearings there.
@@ -49,9 +49,9 @@ void add_starts(const Problem& problem, Starts& starts);
 /// A small part of the plane in which chi-squared may be below the limit, and the best heading at its middle.
 struct Cell {
   State middle;
-  double reach = 0;       ///< distance of its farthest place from the middle
+  double reach = 0;       ///< distance from the middle to its farthest place
   double cost = 0;        ///< chi-squared at the middle
-  bool is_small = false;  ///< false only where halving ended early
+  bool is_small = false;  ///< false only if halving ended early
   bool is_fine = false;   ///< no whitened residual changes within it by more than kCellSigmas
 };
 
@@ -61,11 +61,11 @@ struct Cell {
 /// It is a branch and bound about the landmark with the most accurate range: only the ring of sqrt(limit) sigmas round
 /// it is searched, in cells of polar coordinates. Each cell has a lower bound of chi-squared: the errors of the ranges
 /// and of the differences of two bearings at the middle, minus their greatest change within the cell. So no place below
-/// the limit is missed; no derivative is used. A cell whose bound is above the limit is dropped. Others are halved,
-/// down to a size within which no whitened residual changes by more than kCellSigmas.
+/// the limit is missed, and no derivative is needed. A cell whose bound is above the limit is dropped. Other cells are
+/// halved, down to a size within which no whitened residual changes by more than kCellSigmas.
 ///
-/// Where more than kMostCells are left (sigmas that differ by orders of magnitude leave long thin valleys), halving
-/// ends early, and the cells are larger than that.
+/// If more than kMostCells are left (sigmas that differ by orders of magnitude leave long thin valleys), halving ends
+/// early, and the cells are larger than that.
 /// Requires a range and a bearing.
 std::vector<Cell> cells_below(const Problem& problem, double limit);
 

@@ -5,7 +5,7 @@
 
 namespace twocone::testing_support {
 
-/// Returns the message of the `Exception` that `call` throws, or "no error". Others pass.
+/// Returns the message of the `Exception` that `call` throws, or "no error". Other exceptions are passed on.
 template <typename Exception>
 std::string error_of(const auto& call) {
   try {

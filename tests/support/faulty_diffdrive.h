@@ -23,7 +23,7 @@ struct DriveFaults {
   std::optional<std::uint64_t> disconnect_after;
 };
 
-/// @throws std::invalid_argument naming every field outside its domain
+/// Checks the faults. @throws std::invalid_argument naming every field outside its domain
 void check(const DriveFaults& faults);
 
 /// Any drive behind an emulated bad cable. The same seed and calls give the same faults. While the cable is off, only
@@ -32,7 +32,7 @@ class FaultyDiffDrive final : public DiffDrive {
  public:
   /// @throws std::invalid_argument for a missing drive and as check() does
   FaultyDiffDrive(std::unique_ptr<DiffDrive> drive, const DriveFaults& faults, std::uint64_t seed);
-  /// The drive behind the cable is destroyed too and then stops its wheels, even if the cable is off.
+  /// Destroys the drive behind the cable too, which then stops its wheels, even if the cable is off.
   ~FaultyDiffDrive() override = default;
 
  private:

@@ -46,8 +46,8 @@ std::optional<double> HyperboloidMirror::slope(double distance_m, double height_
   if (!std::isfinite(distance_m) || !std::isfinite(height_m) || distance_m < 0) return std::nullopt;
   const double up_m = height_m - viewpoint_m();
   const double away_m = std::hypot(distance_m, up_m);
-  // t = b^2 / (a - c sin e), with numerator and denominator times the point's distance from F. At an elevation beyond
-  // that of the asymptote there is no mirror, and the denominator is negative.
+  // This is t = b^2 / (a - c sin e), with numerator and denominator times the point's distance from F. At
+  // elevations beyond the asymptote's there is no mirror, and the denominator is negative.
   const double towards = settings_.half_axis_m * away_m - settings_.half_focal_m * up_m;
   if (!(towards >= b2_m2_)) return std::nullopt;
   const double part = b2_m2_ / towards;  // share of the distance from F to the point, at most 1

@@ -18,11 +18,11 @@ using twocone::testing_support::kNaN;
 // A dozen roundings of numbers near 1; digits are lost where the surface is nearly parallel to the ray.
 constexpr double kRounding = 1e-12;
 
-// No round numbers: none is half of another or its square.
+// The numbers are not round: none is half of another or its square.
 constexpr HyperboloidMirrorSettings kOdd{.half_axis_m = 0.0283, .half_focal_m = 0.0517, .rim_radius_m = 0.0791};
 
-/// Reflects the lens's ray of `slope` at the surface y^2 / a^2 - r^2 / b^2 = 1: the point is found by bisection, and
-/// the ray is reflected about the gradient. It shares no formula with the class. @returns the point and the direction
+/// Reflects the lens's ray of `slope` at the surface y^2 / a^2 - r^2 / b^2 = 1. The point is found by bisection, and
+/// the ray is reflected about the gradient. This shares no formula with the class. @returns the point and the direction
 std::pair<Eigen::Vector2d, Eigen::Vector2d> reflect(const HyperboloidMirrorSettings& s, double slope) {
   const double a2 = s.half_axis_m * s.half_axis_m;
   const double b2 = s.half_focal_m * s.half_focal_m - a2;

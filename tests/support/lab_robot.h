@@ -7,7 +7,7 @@
 
 namespace twocone::testing_support {
 
-/// Returns a robot with the lab's mirrors: v s = 212400 px mm, d = 120 mm. The driver moves all of its parts.
+/// Returns a robot with the lab's mirrors: v s = 212400 px mm, d = 120 mm. All of its parts use that driver.
 inline config::Robot lab_robot(const std::string& driver = "sim_povray") {
   config::Robot robot;
   robot.file = "lab.yaml";
@@ -25,7 +25,7 @@ inline config::Robot lab_robot(const std::string& driver = "sim_povray") {
   return robot;
 }
 
-/// Gives both cameras images of another size, in which the mirrors' images are central with that radius.
+/// Returns the robot with images of another size, in which both mirrors' images are central with that radius.
 inline config::Robot with_images(config::Robot robot, int width_px, int height_px, double rim_radius_px) {
   for (drivers::CameraPart* const camera : {&robot.lower, &robot.upper}) {
     camera->settings.width_px = width_px;

@@ -11,8 +11,8 @@
 
 namespace twocone::testing_support {
 
-/// A camera without a device, as memory::MemoryCamera, but in real time: a grab sleeps until an exposure is due, at
-/// most for its timeout.
+/// A camera without a device, as memory::MemoryCamera, but in real time: a grab waits until an exposure is due, for at
+/// most its timeout.
 class RealTimeCamera final : public Camera {
  public:
   ~RealTimeCamera() override { stop(); }
@@ -40,7 +40,7 @@ class RealTimeCamera final : public Camera {
   }
   void do_stop() noexcept override {}
 
-  /// The time is computed from the count: a sum of rounded periods would drift.
+  /// Computes the time from the count, because a sum of rounded periods would drift.
   [[nodiscard]] Steady::time_point time_of(std::uint64_t exposure) const {
     return started_ + std::chrono::nanoseconds(std::llround(double(exposure) * 1e9 / settings_.rate_hz));
   }

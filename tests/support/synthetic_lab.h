@@ -30,7 +30,7 @@ inline SyntheticLandmark landmark(double x_m, double y_m, const Eigen::Vector3d&
   return {{x_m, y_m}, radius_m, 0.9, colour};
 }
 
-/// The landmarks in the world frame.
+/// Returns the landmarks in the world frame.
 inline std::vector<SyntheticLandmark> six_landmarks() {
   return {landmark(-2.45, -0.35, {0.60, 0.02, 0.02}), landmark(-1.40, 1.95, {0.02, 0.60, 0.02}),
           landmark(1.50, 1.95, {0.02, 0.02, 0.60}),   landmark(2.45, 0.30, {0.02, 0.60, 0.60}),

@@ -18,7 +18,7 @@ using PlanRay = SyntheticView::PlanRay;
 
 enum Kind : std::int8_t { kOutside, kInside, kOnRim, kAtTip };
 
-// The cone for rays is a little wider than the mirror, so that pixels on its rim have all their corners.
+// The cone for rays is a little wider than the mirror, because all corners of pixels on its rim need rays.
 constexpr double kWider = 1.05;
 // Cells across a pixel that an outline crosses; the greatest number of them, for thin tops; and samples across a pixel
 // at the tip and at the rim.
@@ -38,7 +38,7 @@ vision::MirrorView widened(const vision::MirrorView& view) {
   return vision::MirrorView(s);
 }
 
-/// The tip's position in the camera's image: the middle between two points of the image without distortion.
+/// Returns the tip's position in the camera's image: the middle between two points of the image without distortion.
 Eigen::Vector2d tip_of(const vision::MirrorView& view) {
   vision::MirrorViewSettings plain = view.settings();
   if (!plain.distortion) return plain.centre_px;
@@ -54,7 +54,7 @@ Eigen::Vector2d tip_of(const vision::MirrorView& view) {
   return sum;
 }
 
-/// The share of the square of side 1 about the origin in which f0 + gx x + gy y > 0.
+/// Returns the share of the square of side 1 about the origin in which f0 + gx x + gy y > 0.
 double half_plane_share(double f0, double gx, double gy) {
   gx = std::abs(gx);
   gy = std::abs(gy);
@@ -74,9 +74,9 @@ struct Five {
   double c00, c10, c01, c11, middle;
 };
 
-/// The share of the cell in which the function is positive. For a straight outline the value at the middle is the
-/// corners' mean. A curved outline bulges, and over its path through a cell the mean of the bulge is a third of that at
-/// the corners.
+/// Returns the share of the cell in which the function is positive. For a straight outline the value at the middle is
+/// the corners' mean. A curved outline bulges, and over its path through a cell the mean of the bulge is a third of
+/// that at the corners.
 double positive_share(const Five& f) {
   const double mean = (f.c00 + f.c10 + f.c01 + f.c11) / 4;
   return half_plane_share((2 * f.middle + mean) / 3, (f.c10 + f.c11 - f.c00 - f.c01) / 2,
@@ -140,7 +140,7 @@ struct SyntheticView::Surface {
   Eigen::Vector3d colour;
   SyntheticShading shading;
 
-  /// The distance by which the ray passes to the left of the middle, in plan view.
+  /// Returns the distance by which the ray passes to the left of the middle, in plan view.
   [[nodiscard]] double left_m(const PlanRay& ray) const {
     if (!is_strip) return cross(centre_m - ray.from_m, ray.along);
     const double ahead = ray.along.dot(outwards);
@@ -154,8 +154,8 @@ struct SyntheticView::Surface {
     const double nearest_m = (centre_m - ray.from_m).dot(ray.along);
     return nearest_m > 0 && ray.from_up_m + ray.climb * (nearest_m + beyond_m) <= top_m;
   }
-  /// The radius minus the distance from the axis at which the ray passes while it is below the top: positive where the
-  /// ray hits. It is smooth except at the middle line of a strip or landmark.
+  /// Returns the radius minus the distance from the axis at which the ray passes while it is below the top: positive
+  /// where the ray hits. It is smooth except at the middle line of a strip or landmark.
   [[nodiscard]] double depth_m(const PlanRay& ray) const {
     if (is_strip) return half_m - std::abs(left_m(ray));
     double way_m = std::max(0.0, (centre_m - ray.from_m).dot(ray.along));
@@ -215,7 +215,7 @@ SyntheticView::SyntheticView(const vision::MirrorView& view, const cv::Size& siz
       if ((Eigen::Vector2d(column, row) - centre_px_).norm() <= kTipZone_px) {
         kind_[i] = kAtTip;
         for (int k = 0; k < kTipSamples * kTipSamples; ++k) {
-          // On the very tip there is no ray; its neighbour's will do.
+          // Exactly at the tip there is no ray; that of its neighbour is used.
           auto ray = ray_at(column - 0.5 + (k % kTipSamples + 0.5) / kTipSamples,
                             row - 0.5 + (k / kTipSamples + 0.5) / kTipSamples);
           if (!ray && tip_rays_.empty()) throw std::invalid_argument("SyntheticView: no ray at the mirror's tip");

@@ -11,9 +11,9 @@
 
 #include "vision/mirror_view.h"
 
-/// Images of upright cylinders in a mirror, made without POV-Ray. The coverage of each pixel is exact, so that an
-/// edge's position is known far more accurately than any method under test can find it. They are fast enough for
-/// thousands of images.
+/// Makes images of upright cylinders in a mirror without POV-Ray. The coverage of each pixel is exact, so an edge's
+/// position is known far more accurately than any method under test can find it. This is fast enough for thousands of
+/// images.
 namespace twocone::testing_support {
 
 /// An upright cylinder on the floor, body frame.
@@ -72,11 +72,11 @@ struct SyntheticCamera {
 /// One mirror with its camera and background, and the data that are the same in every image of it.
 ///
 /// Coverage: a pixel that an outline may cross is cut into cells of a quarter of a pixel or less. In each cell, the
-/// outline is approximated by the straight line that follows from the distances of rays to it (two lines for the sides,
-/// so that a landmark narrower than a cell is correct too), shifted by the effect of its curvature. The error is below
+/// outline is approximated by the straight line that follows from the distances of rays to it, shifted by the effect of
+/// its curvature. The sides have two lines, so a landmark narrower than a cell is correct too. The error is below
 /// 1/512 of a pixel for outlines whose radius of curvature is at least a pixel (Coverage.IsThatOfManySamples). Within
 /// kTipZone_px of the tip, where all bearings meet, 32 x 32 samples are taken instead. Shading and background are
-/// sampled at the cells' middles, elsewhere once per pixel, a chequer 4 x 4 times. Beyond the rim all is black, and
+/// sampled at the cells' middles; in pixels without cells once, a chequer 4 x 4 times. Beyond the rim all is black, and
 /// pixels on the rim are mixtures.
 class SyntheticView {
  public:
@@ -85,14 +85,14 @@ class SyntheticView {
   /// @throws std::invalid_argument for a size that is not positive
   SyntheticView(const vision::MirrorView& view, const cv::Size& size, const SyntheticBackground& background = {});
 
-  /// Mean light of each pixel: CV_32FC3, linear r g b, 1 is full scale.
+  /// Returns the mean light of each pixel: CV_32FC3, linear r g b, 1 is full scale.
   /// @throws std::invalid_argument for a landmark or strip outside its domain, and for one that extends over the mirror
   [[nodiscard]] cv::Mat light(const SyntheticScene& scene) const;
 
-  /// The share of each pixel that shows landmark `k`, without hidden parts: CV_32F.
+  /// Returns the share of each pixel that shows landmark `k`, without hidden parts: CV_32F.
   [[nodiscard]] cv::Mat coverage(const SyntheticScene& scene, std::size_t k) const;
 
-  /// The image, CV_8UC3, r g b, sRGB-coded. The noise is Gaussian, cut off at 4.3 times its deviation.
+  /// Returns the image, CV_8UC3, r g b, sRGB-coded. The noise is Gaussian, cut off at 4.3 times its deviation.
   [[nodiscard]] cv::Mat image(const SyntheticScene& scene, const SyntheticCamera& camera,
                               std::mt19937_64& random) const;
 

@@ -26,7 +26,7 @@ constexpr double kCoverage = 1.0 / 512;
 // Sums of some ten floats of size 1.
 constexpr double kFloat = 1e-5;
 
-/// The lab's upper mirror in a small image; the tip has no round coordinates.
+/// Returns the lab's upper mirror in a small image. The coordinates of the tip are not round.
 MirrorViewSettings small_view() {
   return {.cone = {.rim_radius_m = 0.06, .lens_to_tip_m = 0.12},
           .lens_height_m = 0.55,
@@ -46,8 +46,8 @@ MirrorViewSettings skewed_view() {
 
 const Eigen::Vector3d kRed(0.8, 0.03, 0.03);
 
-/// Whether the ray of a place in the image hits the landmark, by a ray's quadratic equation: an independent and slow
-/// answer.
+/// Returns whether the ray of a place in the image hits the landmark, by a ray's quadratic equation. This answer is
+/// independent and slow.
 bool hits(const MirrorView& view, const SyntheticLandmark& landmark, const Eigen::Vector2d& pixel) {
   const auto ray = view.back_project(pixel);
   if (!ray) return false;
@@ -130,7 +130,7 @@ TEST_P(Coverage, IsThatOfManySamples) {
   const MirrorView view(GetParam().view);
   const SyntheticView synthetic(view, {320, 240});
   const cv::Mat share = synthetic.coverage({{GetParam().landmark}, {}, {}}, 0);
-  // The samples are on a lattice: the error of their mean is about the outline's length times 1/(n^2).
+  // The samples are on a lattice, so the error of their mean is about the outline's length times 1/(n^2).
   constexpr int kSide = 64;
   double worst = 0;
   double sum = 0;
@@ -170,7 +170,7 @@ TEST_P(Coverage, IsThatOfManySamples) {
 }
 
 TEST(SyntheticView, TheTopEndsWhereProjectionSaysIt) {
-  // A share of the pixel's area again, along an edge of three rows.
+  // This is a share of the pixel's area again, along an edge of three rows.
   constexpr double kWithin_px = 0.02;
   for (const double distance_m : {1.07, 1.37, 2.61}) {
     MirrorViewSettings settings = small_view();
@@ -267,11 +267,11 @@ TEST(SyntheticView, BrightnessGoesWithTheNormal) {
       const double b = o.dot(d) / d.squaredNorm();
       const double c = (o.squaredNorm() - landmark.radius_m * landmark.radius_m) / d.squaredNorm();
       const Eigen::Vector2d normal = (o + (-b - std::sqrt(b * b - c)) * d) / landmark.radius_m;
-      if (normal.dot(d.normalized()) > -0.5) continue;  // near the side's outline a pixel spans many normals
+      if (normal.dot(d.normalized()) > -0.5) continue;  // near the outline of a side a pixel spans many normals
       const double facing = std::cos(std::atan2(normal.y(), normal.x()) - shading.light_bearing_rad);
       const double wanted = shading.ambient + shading.diffuse * std::max(0.0, facing);
-      // A pixel that is wholly inside, with an outline near, is the mean of its cells: the curvature's second order
-      // remains.
+      // A pixel that is wholly inside, with an outline near, is the mean of its cells. The error of second order in the
+      // curvature remains.
       EXPECT_NEAR(double(light.at<cv::Vec3f>(row, column)[0]), wanted, 0.01) << column << ", " << row;
       EXPECT_NEAR(double(light.at<cv::Vec3f>(row, column)[2]), wanted / 4, 0.01) << column << ", " << row;
       darkest = std::min(darkest, wanted);

@@ -31,8 +31,8 @@ class TemporaryFolder {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return path_ / name;
   }
-  /// Writes a program as a shell script. Call it while no process is being started: a file cannot be executed while a
-  /// child that was forked meanwhile still has it open for writing.
+  /// Writes a program as a shell script. Call it while no process is being started: a child that is forked meanwhile
+  /// keeps the file open for writing, and until it closes the file, the file cannot be executed.
   [[nodiscard]] std::string script(const std::string& name, const std::string& commands) const {
     const auto path = write(name, "#!/bin/sh\n" + commands + "\n");
     std::filesystem::permissions(path, std::filesystem::perms::owner_all);

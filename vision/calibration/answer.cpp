@@ -50,8 +50,8 @@ std::vector<Derived> derived_numbers(bool has_wheels) {
   return all;
 }
 
-/// The gradient by the unknowns. The functions are smooth over a prior's sigma, so central differences over a
-/// thousandth of it are exact to some 1e-6, relatively.
+/// Computes the gradient by the unknowns. The functions are smooth over a prior's sigma, so central differences over a
+/// thousandth of it have a relative error of some 1e-6.
 Shared gradient(const Derived& derived, const SharedModel& model, const Shared& unknowns) {
   constexpr double kStep = 1e-3;
   Shared result;
@@ -65,7 +65,7 @@ Shared gradient(const Derived& derived, const SharedModel& model, const Shared& 
   return result;
 }
 
-/// The matrix that maps all shifts to the shift of `tested` relative to `others`.
+/// Returns the matrix that maps all shifts to the shift of `tested` relative to `others`.
 /// @param tested,others indices into the result's landmark_shifts
 Eigen::MatrixXd remainder_of(std::size_t tested, const std::vector<std::size_t>& others,
                              const std::vector<Eigen::Vector2d>& places_m) {

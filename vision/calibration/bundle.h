@@ -12,7 +12,8 @@
 
 #include "vision/calibration.h"
 
-/// The bundle adjustment of a calibration: its rows and numbers, its solver, and the way from a problem to its answer.
+/// The bundle adjustment of a calibration: its rows and numbers, its solver, and the steps from a problem to its
+/// answer.
 namespace twocone::vision::calibration {
 
 /// Index of a number among those of its view.
@@ -71,7 +72,7 @@ struct SharedModel {
 
   explicit SharedModel(const CalibrationProblem& problem);
 
-  /// The numbers with sigma 0.
+  /// Returns the numbers with sigma 0.
   [[nodiscard]] std::vector<int> constants() const;
   [[nodiscard]] Shared numbers(const Shared& unknowns) const { return mean + sigma.cwiseProduct(unknowns); }
 };
@@ -96,14 +97,14 @@ struct SightingRow {
   Eigen::Matrix2d axes = Eigen::Matrix2d::Identity();  ///< columns: outwards from the tip, and at a right angle to it
 };
 
-/// The motion by the wheels from one frame to the next.
+/// The motion from one frame to the next, as the wheels measured it.
 struct WheelRow {
   std::size_t frame;  ///< the frame at its end; it starts at the previous one
   std::vector<Eigen::Vector2d> turns_rad;
   Eigen::Matrix3d whitener;  ///< of (x, y, heading) relative to the previous frame, for errors other than the slips
   bool follows = false;      ///< the previous interval has a row too, which is the previous one in the list
-  double slip_share = 0;     ///< the mean of this interval's slip given the last one's: share * last
-  double slip_sigma = 1;     ///< and its standard deviation, both in units of WheelBelief::slip
+  double slip_share = 0;     ///< mean of this interval's slip, given the last interval's: slip_share * last
+  double slip_sigma = 1;     ///< standard deviation of that slip; both in units of WheelBelief::slip
   BodyTwist from_twist, to_twist;
 };
 
@@ -140,22 +141,22 @@ struct BundleSettings {
 /// Solves the least-squares problem, starting from `state`; returns false where there is no answer.
 bool minimise(const BundleData& data, const BundleSettings& settings, BundleState& state);
 
-/// Information (inverse covariance) of all shared unknowns at `state`, followed by x and y of each landmark where the
-/// map is not trusted. Priors are included; poses, slips and biases are eliminated. Unknowns of sigma 0 have the
-/// prior's rows only.
+/// Returns the information (inverse covariance) of all shared unknowns at `state`, followed by x and y of each landmark
+/// where the map is not trusted. Priors are included; poses, slips and biases are eliminated. Unknowns of sigma 0 have
+/// the prior's rows only.
 Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings& settings, const BundleState& state);
 
-/// Sum of squares of the wheel rows' residuals, those of the slips included.
+/// Returns the sum of squares of the wheel rows' residuals, including those of the slips.
 double wheel_chi_squared(const BundleData& data, const BundleState& state);
 
-/// Measured minus predicted; the bias is a part of it.
+/// Returns measured minus predicted pixel; the bias is a part of it.
 Eigen::Vector2d residual_px(const BundleData& data, const SightingRow& row, const BundleState& state);
 
 bool has_solver();
 
 // ---- from the problem to its rows
 
-/// @throws std::invalid_argument as calibrate() states
+/// Checks the arguments of calibrate(). @throws std::invalid_argument as calibrate() states
 void check(const CalibrationProblem& problem);
 
 /// The problem as rows, with their origins in the problem.
@@ -177,18 +178,19 @@ bool show_two_landmarks(const Sightings& sightings, Landmark landmark) {
   return std::ranges::adjacent_find(sightings, std::ranges::not_equal_to{}, landmark) != sightings.end();
 }
 
-/// Variance of the mean of a Gauss-Markov process of variance 1 over `x` time constants: that of a wheel's slip over an
-/// interval.
+/// Returns the variance of the mean of a Gauss-Markov process of variance 1 over `x` time constants. It is that of a
+/// wheel's slip over an interval.
 double mean_slip_variance(double x);
 
 // ---- from the solution to the answer
 
-/// The shared numbers to hold at their priors: first the one that the data determine worst relative to its prior, then
-/// the next with that one held, until the data determine each of the others at least as well as its prior does.
-/// @param information from shared_information(); landmarks behind the shared numbers are never held
+/// Chooses the shared numbers to hold at their priors. The first is the one that the data determine worst relative to
+/// its prior, then the next with that one held, until the data determine each of the others at least as well as its
+/// prior does. @param information from shared_information(); landmarks behind the shared numbers are never held
 std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedModel& model);
 
-/// Covariance of the unknowns when those of `held` stay at their priors, whose errors have their own sigmas.
+/// Returns the covariance of the unknowns when those of `held` stay at their priors, whose errors have their own
+/// sigmas.
 Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held);
 
 /// Fills in parameters, derived numbers last, and covariance.
@@ -196,7 +198,7 @@ Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const st
 void take_parameters(const SharedModel& model, const Shared& unknowns, const Eigen::MatrixXd& covariance,
                      const std::vector<int>& held, CalibrationResult& result);
 
-/// The landmarks with at least one used sighting, in the map's order.
+/// Returns the landmarks with at least one used sighting, in the map's order.
 std::vector<std::size_t> seen_landmarks(const BundleData& data);
 
 /// Fills in landmark_shifts and landmark_covariance.

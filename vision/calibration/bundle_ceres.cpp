@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// This is the only file that uses Ceres. The wheels link the poses in a chain, so they are not an independent set for a
-// Schur solver. A sparse Cholesky factor with a fill-reducing order eliminates them before the shared numbers
-// nevertheless.
+// This is the only file that uses Ceres. The wheels link the poses in a chain, so the poses are not an independent set
+// for a Schur solver. Instead, a sparse Cholesky factor with a fill-reducing order eliminates them before the shared
+// numbers.
 #include <ceres/ceres.h>
 
 #include <algorithm>
@@ -160,7 +160,7 @@ bool minimise(const BundleData& data, const BundleSettings& settings, BundleStat
   options.max_num_iterations = kSolverIterations;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  // Iterate until the rounding of the sum of squares stops it: beyond that, the answer must not depend on the start.
+  // Iterate until the rounding of the sum of squares ends it, because the answer must not depend on the start.
   options.function_tolerance = 1e-14;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-12;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// This file serves a build without Ceres. calibrate() returns kNoSolver before it would call these functions.
+// This file is used in a build without Ceres. calibrate() returns kNoSolver before it would call these functions.
 #include <cassert>
 
 #include "vision/calibration/bundle.h"

@@ -10,11 +10,11 @@
 
 /// The residuals of a bundle as functions of its unknowns, for any number type, such as one that carries derivatives.
 ///
-/// They hold MirrorView::project and near_top_point in that form. One difference: the formulas continue smoothly beyond
-/// the rim, where MirrorView has no answer. A test checks that both agree.
+/// They repeat MirrorView::project and near_top_point in that form, and a test checks that both agree. There is one
+/// difference: the formulas continue smoothly beyond the rim, where MirrorView has no answer.
 namespace twocone::vision::calibration {
 
-// For double; a number type of its own brings these functions with it.
+// These serve double; other number types come with such functions of their own.
 using std::abs;
 using std::cos;
 using std::sin;
@@ -42,7 +42,7 @@ ViewNumbers<T> view_numbers(const T* shared, Side side) {
   return n;
 }
 
-/// v (equation 2 of the paper, any cone).
+/// Returns v (equation 2 of the paper, for any cone).
 template <typename T>
 T focal_length(const ViewNumbers<T>& n) {
   return (n.lens_to_tip / n.mirror_radius + T(1) / tan(n.apex / T(2))) * n.rim_px;
@@ -61,7 +61,7 @@ void distort(const ViewNumbers<T>& n, const ViewConstants& c, T* pixel) {
   pixel[1] = c.principal_px.y() + c.focal_px.y() * (y * scale + p1 * (rr + T(2) * y * y) + 2 * p2 * x * y);
 }
 
-/// The pixel of the body-frame point (x, y, z).
+/// Computes the pixel of the body-frame point (x, y, z).
 template <typename T>
 void project(const ViewNumbers<T>& n, const ViewConstants& c, const T& x, const T& y, const T& z, T* pixel) {
   // p_U = (R_y R_x)^T (p - lens)
@@ -85,8 +85,8 @@ void project(const ViewNumbers<T>& n, const ViewConstants& c, const T& x, const 
   distort(n, c, pixel);
 }
 
-/// The pixel of the near point of a landmark's top, for a landmark at `place` and the body at `pose` (x, y, heading) in
-/// the world.
+/// Computes the pixel of the near point of a landmark's top, for a landmark at `place` and the body at `pose`
+/// (x, y, heading) in the world.
 template <typename T>
 void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const Landmark& landmark, const T* place,
                         const T* pose, T* pixel) {
@@ -100,7 +100,7 @@ void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const L
   project(n, c, bx - share * ox, by - share * oy, T(landmark.top_m), pixel);
 }
 
-/// The rim's circle in the camera's image: centre and radius. Where a lens bends it, both are means over its points.
+/// Computes the rim's circle in the camera's image: centre and radius. If a lens bends it, both are means over points.
 template <typename T>
 void rim_circle(const ViewNumbers<T>& n, const ViewConstants& c, T* circle) {
   circle[0] = n.column;
@@ -125,8 +125,8 @@ void rim_circle(const ViewNumbers<T>& n, const ViewConstants& c, T* circle) {
   }
 }
 
-/// The pose reached from (0, 0, 0) by the wheels' increments: exact arcs, one for each reading. `slips` are relative,
-/// left and right.
+/// Computes the pose reached from (0, 0, 0) by the wheels' increments, along one exact arc for each reading. `slips`
+/// are relative, left and right.
 template <typename T>
 void drive(const T& radius, const T& ratio, const T& separation, const T* slips,
            const std::vector<Eigen::Vector2d>& turns_rad, T* pose) {
@@ -156,14 +156,14 @@ Numbers<T> numbers_of(const SharedModel& model, const T* unknowns) {
   return numbers;
 }
 
-/// The value of a number without its derivatives. Jet is that of Ceres.
+/// Returns the value of a number without its derivatives. Jet is that of Ceres.
 inline double plain(double number) { return number; }
 template <typename Jet>
 double plain(const Jet& number) {
   return number.a;
 }
 
-/// Subtracts whole turns from an angle. Whole turns matter only here.
+/// Subtracts whole turns from an angle, which then lies within half a turn. Whole turns matter only here.
 template <typename T>
 T within_half_a_turn(const T& angle) {
   return angle - T(2 * std::numbers::pi * std::round(plain(angle) / (2 * std::numbers::pi)));
@@ -187,7 +187,7 @@ void move_along(const SharedModel& model, const Numbers<T>& numbers, const BodyT
   moved[2] = pose[2] + turn;
 }
 
-/// `shift` is that of the landmark, in units of SharedModel::landmark_sigma_m.
+/// Computes a sighting's residual, px. `shift` is that of the landmark, in units of SharedModel::landmark_sigma_m.
 template <typename T>
 void sighting_residual(const SharedModel& model, const SightingRow& row, const T* unknowns, const T* pose,
                        const T* shift, T* residual) {
@@ -206,8 +206,8 @@ void sighting_residual(const SharedModel& model, const SightingRow& row, const T
   residual[1] = row.pixel_px.y() - pixel[1];
 }
 
-/// Residuals of the motion, (x, y, heading), then of both slips; all whitened. `seen_from` and `seen_to` are the
-/// images' poses.
+/// Computes the residuals of the motion, (x, y, heading), then of both slips; all are whitened. `seen_from` and
+/// `seen_to` are the images' poses.
 template <typename T>
 void wheel_residual(const SharedModel& model, const WheelRow& row, const T* unknowns, const T* seen_from,
                     const T* seen_to, const T* last_slips, const T* slips, T* residual) {

@@ -25,7 +25,7 @@ struct Match {
   Eigen::Vector2d world_m;
 };
 
-/// Least-squares rigid motion (Umeyama without scale, in the plane).
+/// Computes the least-squares rigid motion (Umeyama without scale, in the plane).
 Eigen::Vector3d best_pose(const std::vector<const Match*>& matches) {
   Eigen::Vector2d body = Eigen::Vector2d::Zero();
   Eigen::Vector2d world = Eigen::Vector2d::Zero();
@@ -55,9 +55,9 @@ std::vector<const Match*> agreeing(const std::vector<Match>& matches, const Eige
   return agree;
 }
 
-/// A start pose (x m, y m, heading rad). Each sighting gives the landmark's place in the body frame (its ray meets the
-/// known height of the top). The pose is the rotation and translation with which most of these places agree, tried for
-/// every two landmarks. Nothing where fewer than two landmarks agree to kAgree_m.
+/// Returns a start pose (x m, y m, heading rad). Each sighting gives the landmark's place in the body frame (its ray
+/// meets the known height of the top). The pose is the rotation and translation with which most of these places agree,
+/// tried for every two landmarks. Returns nothing where fewer than two landmarks agree to kAgree_m.
 std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<Landmark>& landmarks,
                                           const CalibrationFrame& frame) {
   std::vector<Match> matches;
@@ -86,9 +86,9 @@ constexpr double kFloor_m = 1e-4;
 
 double mean_decay(double x) { return x < 1e-8 ? 1 - x / 2 : -std::expm1(-x) / x; }
 
-/// Covariance of (x, y, heading) at the interval's end relative to its beginning, from errors other than the mean
-/// slips: the resolution of the readings at both ends, and slip that changes within the interval, taken as independent
-/// for each reading.
+/// Computes the covariance of (x, y, heading) at the interval's end relative to its beginning, from errors other than
+/// the mean slips. These are the resolution of the readings at both ends, and slip that changes within the interval,
+/// which is taken as independent for each reading.
 Eigen::Matrix3d way_covariance(const WheelRow& row, double duration_s, const WheelBelief& wheels) {
   const double radius = wheels.radius_m;
   std::vector<Eigen::Vector3d> middles;  // pose in the middle of each arc
@@ -109,7 +109,7 @@ Eigen::Matrix3d way_covariance(const WheelRow& row, double duration_s, const Whe
     const double c = std::cos(middles[i].z());
     const double s = std::sin(middles[i].z());
     for (const int wheel : {0, 1}) {
-      // Half of the wheel's travel goes forward; the turn rotates the rest of the motion.
+      // Half of the wheel's travel moves the body forward; the turn rotates the rest of the motion.
       const double turn = (wheel == 1 ? 1 : -1) / wheels.separation_m;
       const Eigen::Vector3d effect(c / 2 - turn * (pose.y() - middles[i].y()),
                                    s / 2 + turn * (pose.x() - middles[i].x()), turn);
@@ -127,7 +127,7 @@ Eigen::Matrix3d way_covariance(const WheelRow& row, double duration_s, const Whe
 /// variance 1. With x = dt / tau its variance is 2 (x - 1 + exp(-x)) / x^2, and its covariance with the previous
 /// interval is (1 - exp(-x)) (1 - exp(-y)) / (x y). Memory beyond one interval is neglected: up to the square of x, it
 /// is that of a first-order process.
-/// @param needs_twists leave out a row if one of its ends has no twist, since its latency would count as 0
+/// @param needs_twists whether a row is left out if one of its ends has no twist, because its latency would count as 0
 std::vector<WheelRow> wheel_rows(const std::vector<CalibrationFrame>& frames, const WheelBelief& wheels,
                                  bool needs_twists) {
   std::vector<WheelRow> rows;
@@ -169,7 +169,7 @@ std::vector<WheelRow> wheel_rows(const std::vector<CalibrationFrame>& frames, co
 }  // namespace
 
 double mean_slip_variance(double x) {
-  // The closed form loses 2 digits for each digit by which x is small: below 1e-4 the series is better.
+  // Each time x is ten times smaller, the closed form loses two digits: below 1e-4 the series is better.
   return x < 1e-4 ? 1 - x / 3 : 2 * (x + std::expm1(-x)) / (x * x);
 }
 

@@ -21,7 +21,7 @@ constexpr int kFreedom = kPixels - 3;  // degrees of freedom of the scatter abou
 constexpr float kSquares = 50;         // sum over a tile of the squared column (row) distance from its middle
 constexpr double kRounding_grey2 = 1. / 12;
 constexpr double kSteepest = 14;                  // 99.9 % quantile of the chi square of the plane's two slopes
-constexpr double kPlainSlope_grey2 = 1;           // shading as steep as the slopes of this noise is no edge
+constexpr double kPlainSlope_grey2 = 1;           // shading no steeper than noise of this variance is no edge
 constexpr double kScatterCut = 33.92 / kFreedom;  // 95 % quantile of chi square
 // Mean of the scatters below that cut, over the mean of all: P(33.92) of a chi square with 24 degrees of freedom over
 // that with 22.
@@ -121,7 +121,7 @@ double grey_at_noise_level(double variance) {
   return std::sqrt(std::max(variance, 0.)) / light_per_grey(linear_to_srgb(kNoiseLevel));
 }
 
-/// Weighted least squares of shot and read2, each >= 0.
+/// Fits shot and read2, each >= 0, by weighted least squares.
 Line fit(const Bins& bins) {
   Line line;
   for (int iteration = 0; iteration < 8; ++iteration) {
@@ -131,14 +131,14 @@ Line fit(const Bins& bins) {
       if (bin.tiles == 0) continue;
       const double level = bin.level / bin.tiles;
       const double rounding = kRounding_grey2 * std::pow(light_per_grey(linear_to_srgb(level)), 2);
-      // In the first round any guess will do: shot noise.
+      // The first round needs a rough estimate only: shot noise.
       const double expected = (iteration == 0 ? level * rounding : line.at(level)) + rounding;
       const double weight = bin.tiles * kFreedom / 2 / (expected * expected);
       const Eigen::Vector2d row(level, 1);
       normal += weight * row * row.transpose();
       right += weight * bin.variance / bin.tiles * row;
     }
-    // With nearly one level only the two cannot be separated, and read noise takes all of it.
+    // If there is hardly more than one level, the two cannot be separated, and all noise counts as read noise.
     Eigen::Vector2d both = Eigen::Vector2d(-1, 0);
     if (normal.determinant() > 1e-9 * normal(0, 0) * normal(1, 1)) both = normal.inverse() * right;
     if (both.x() < 0) both = {0, std::max(0., right.y() / normal(1, 1))};
@@ -227,11 +227,11 @@ std::optional<NoiseModel> fit_noise(const NoiseSamples& samples) {
   }
   Eigen::Vector3d jackknife = Eigen::Vector3d::Zero();
   if (blocks > 1) jackknife = ((blocks - 1.) * (squares - sum.cwiseAbs2() / blocks) / blocks).cwiseMax(0).cwiseSqrt();
-  // The variance under the square root may be 0: take the step by one sigma, not the derivative.
+  // The variance under the square root may be 0, so the step by one sigma is used and not the derivative.
   const double counted = grey_at_noise_level(line.at(kNoiseLevel) + line.sigma_grey_level) - model.noise_grey;
   const double common = std::hypot(kNoiseFloor_grey, kNoiseShare * model.noise_grey);
   model.sigma_noise_grey = std::hypot(std::max(jackknife.z(), counted), common);
-  // The error that images share may be of either kind.
+  // The error that images share may be shot noise or read noise.
   const double grey = light_per_grey(linear_to_srgb(kNoiseLevel));
   const double common_variance = common * (2 * model.noise_grey + common) * grey * grey;
   model.sigma_shot = std::hypot(std::max(jackknife.x(), line.sigma.x()), common_variance / kNoiseLevel);

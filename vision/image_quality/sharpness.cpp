@@ -27,13 +27,13 @@ constexpr int kClippedCode = 253;
 constexpr int kMargin_px = 6;
 constexpr std::size_t kLeastEdges = 30;
 
-/// The gradient by differences over two pixels, in light per px.
+/// Computes the gradient by differences over two pixels, in light per px.
 Eigen::Vector2f gradient(const cv::Mat_<float>& light, int row, int column) {
   return {(light(row, column + 1) - light(row, column - 1)) / 2, (light(row + 1, column) - light(row - 1, column)) / 2};
 }
 
-/// The greatest steepness on the line from one neighbour to the opposite one. Steepness is Gaussian along any line
-/// across an edge, so its logarithm is a parabola. Nothing where the maximum is not between the two.
+/// Returns the greatest steepness on the line from one neighbour to the opposite one. Steepness is Gaussian along any
+/// line across an edge, so its logarithm is a parabola. Returns nothing where the maximum is not between the two.
 std::optional<double> peak(const cv::Mat_<float>& light, int row, int column, int down, int right) {
   std::array<double, 3> logs{};
   for (int i = 0; i < 3; ++i) {
@@ -46,10 +46,10 @@ std::optional<double> peak(const cv::Mat_<float>& light, int row, int column, in
   return std::exp(logs[1] - slope * slope / 2 / bend);
 }
 
-/// v as a function of R^2 (image_quality.h).
+/// Returns v as a function of R^2 (image_quality.h).
 double spread_of(double ratio2) { return (kWide_px2 - ratio2 * kNarrow_px2) / (ratio2 - 1); }
 
-/// The edge's variance in px^2 if a strong single edge is at that pixel.
+/// Returns the edge's variance in px^2 if a strong single edge is at that pixel.
 std::optional<double> spread_px2(const cv::Mat& rgb, const cv::Mat_<float>& narrow, const cv::Mat_<float>& wide,
                                  int row, int column) {
   const Eigen::Vector2f steep = gradient(wide, row, column);
@@ -74,8 +74,8 @@ std::optional<double> spread_px2(const cv::Mat& rgb, const cv::Mat_<float>& narr
   return spread_of(std::pow(*first / *second, 2)) - differences;
 }
 
-/// The spread that blur_px() measures for edges of variance `before_px2` after each point is spread over a disc, as the
-/// simulator's camera does it: by the disc's share in each pixel.
+/// Returns the spread that blur_px() measures for edges of variance `before_px2` after each point is spread over a
+/// disc, as the simulator's camera does it: by the disc's share in each pixel.
 double spread_with_disc_px2(double before_px2, double radius_px) {
   const auto below = [radius_px](double x) {  // share of the disc below the line at x
     const double t = radius_px > 0 ? std::clamp(x / radius_px, -1., 1.) : std::copysign(1., x);

@@ -23,7 +23,7 @@ constexpr double kTukey = 4.685;
 constexpr double kLeastScale = 1e-3;  // of log ratio: a disagreement below the step of 8 bits means nothing
 constexpr std::size_t kLeastTransferTiles = 30;
 
-/// Mean linear light of each tile.
+/// Returns the mean linear light of each tile.
 cv::Mat_<cv::Vec3f> tiles_of(const cv::Mat& rgb) {
   const std::array<float, 256>& light = light_of_code();
   cv::Mat_<cv::Vec3f> tiles(rgb.rows / kTransferTile_px, rgb.cols / kTransferTile_px);
@@ -83,7 +83,7 @@ std::vector<Pair> plain_pairs(const cv::Mat& simulated_rgb, const cv::Mat& real_
   return pairs;
 }
 
-/// Initial gains from the darker half of each channel, which is not clipped even in an overexposed image.
+/// Returns initial gains from the darker half of each channel, which is not clipped even in an overexposed image.
 std::optional<std::array<double, 3>> first_gains(const std::vector<Pair>& pairs) {
   std::array<double, 3> gains{};
   for (int channel = 0; channel < 3; ++channel) {
@@ -144,8 +144,8 @@ std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& re
       normal += weight * row * row.transpose();
       right += weight * residual * row;
     }
-    // Regularisation too small to change an answer, for tiles all at one radius and for channels in which no tiles
-    // agree.
+    // This regularisation is too small to change an answer. It serves tiles that are all at one radius, and channels in
+    // which no tiles agree.
     normal(3, 3) += 1e-6;
     for (int i = 0; i < 3; ++i) normal(i, i) += 1e-9;
     const Eigen::Vector4d step = normal.ldlt().solve(right);

@@ -38,12 +38,13 @@ constexpr float kWhole = 0.999F;
 // synthetic images; outline_ranging_test.cpp, ThinLandmarksAreFoundByTheirCoverage, exercises it but does not fix it.
 constexpr float kLeastCover = 0.3F;
 
-/// The first pixel at or beyond a position along a row or column, in a direction.
+/// Returns the first pixel at or beyond a position along a row or column, in a direction.
 int first_beyond(double from, double direction) {
   return static_cast<int>(direction > 0 ? std::ceil(from) : std::floor(from));
 }
 
-/// The lower-fifth quantile of a variance with this many degrees of freedom, over its mean (Wilson and Hilferty).
+/// Returns the lower-fifth quantile of a variance with this many degrees of freedom, over its mean (Wilson and
+/// Hilferty).
 double lower_fifth_of_variances(int degrees) {
   constexpr double kLowerFifth = -0.8416;  // that quantile of the normal distribution
   const double spread = 2 / (9.0 * degrees);
@@ -72,7 +73,7 @@ struct Crossing {
   Colour inside, outside;
 };
 
-/// Running sums over crossings, so that the mean over any interval follows from a difference.
+/// Running sums over crossings: the mean over any interval follows from a difference.
 struct Sums {
   std::array<double, 3> inside{}, outside{};  // linear light
   double inside_weight = 0, inside_cover = 0;
@@ -174,7 +175,7 @@ class Reader {
     const int end = static_cast<int>(std::floor(c.at + reach_.colours_px));
     for (int i = begin; i <= end; ++i) {
       const double inside_px = (i - c.at) * c.inwards * c.normal;
-      // In a thin landmark, a pixel belongs to the nearer side.
+      // A pixel of a thin landmark belongs to the nearer side.
       if (inside_px > edge_sample.width_px / 2) continue;
       const std::uint8_t* p = pixel(c, i);
       // Noise is in the code, so a channel carries more information where it is dark: weight by the expected pixel.
@@ -213,8 +214,8 @@ class Reader {
 
  private:
   /// Corrects the colour inside for shading. The light of a matt cylinder falls (or rises) towards its limb as the sine
-  /// of the angle from the limb: between edge and nearest sample by three quarters of the change between the nearest
-  /// and the third sample, whatever the cylinder's size.
+  /// of the angle from the limb. Between edge and nearest sample it changes by three quarters of the change between the
+  /// nearest and the third sample, whatever the cylinder's size.
   void darken(Crossing& c, double inner) const {
     const int step = c.inwards > 0 ? 1 : -1;
     const int nearest = first_beyond(c.at + c.inwards * inner, c.inwards);
@@ -236,8 +237,8 @@ class Reader {
                     : rgb_.ptr<std::uint8_t>(i) + std::ptrdiff_t(3) * c.line;
   }
 
-  /// Reads the nearest pixel and those behind it that look alike: a line of the background must not be mixed in.
-  /// Returns false where there is no pixel.
+  /// Reads the nearest pixel and those behind it that look alike, because a line of the background must not be mixed
+  /// in. Returns false where there is no pixel.
   /// @param squares sum of squares of the codes about their mean, times the number of pixels
   bool read(const Crossing& c, double from, double direction, int samples, Colour& colour, int& squares) const {
     const int step = direction > 0 ? 1 : -1;
@@ -269,7 +270,7 @@ class Reader {
     colour.pixels = taken;
     return true;
   }
-  /// Variance of one channel's code.
+  /// Returns the variance of one channel's code.
   static double variance(int pixels, int squares) { return double(squares) / pixels / (3.0 * (pixels - 1)); }
 
   const cv::Mat& rgb_;
@@ -300,7 +301,7 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
   const double from = a.pixel_px[line_axis];
   const double to = b.pixel_px[line_axis];
   if (from == to) return;
-  // Half-open, so that a line at a vertex is crossed once.
+  // The interval is half-open, so a line at a vertex is crossed once.
   const int first = static_cast<int>(std::ceil(std::min(from, to)));
   const int last = static_cast<int>(std::ceil(std::max(from, to))) - 1;
   const auto add = [&](int line) {
@@ -314,7 +315,7 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
     c.is_row = is_row;
     c.line = line;
     c.inwards = chord_normal[cross_axis] > 0 ? -1 : 1;
-    // The bulge moves the outline along the chord's normal; the distance along the line is longer.
+    // The bulge moves the outline along the chord's normal; its distance along the row or column is longer.
     c.at = a.pixel_px[cross_axis] + u * along[cross_axis] -
            c.inwards * bulge.dot(chord_normal) / std::abs(chord_normal[cross_axis]);
     // Use the parabola's own normal there: the chord's normal differs by some degrees.

@@ -31,10 +31,10 @@ struct Run {
   int first, last;  // bins, last may pass Finder::kBins
 };
 
-/// Runs of bins with hits, round the circle.
+/// Returns the runs of bins with hits, round the circle.
 std::vector<Run> runs_of(const std::array<int, Finder::kBins>& counts) {
   std::vector<Run> runs;
-  // Begin in a wide gap, so that the circle's seam does not cut a run.
+  // Begin in a wide gap, where the circle's seam does not cut a run.
   int seam = -1;
   for (int i = 0, empty = 0; i < 2 * Finder::kBins; ++i) {
     empty = counts[std::size_t(i % Finder::kBins)] == 0 ? empty + 1 : 0;

@@ -43,8 +43,8 @@ class Finder {
   static constexpr double kLeastArea_px = 12;
   /// Bins of half a degree. Tuned by hand on synthetic images; no test fixes it.
   static constexpr int kBins = 720;
-  /// Beyond this radius, the direction of a pixel that a landmark covers by half is within 2.5 degrees of the landmark:
-  /// half the pixel's diagonal over the radius.
+  /// Beyond this radius, the direction of a pixel that a landmark covers by half differs from the landmark's by at most
+  /// 2.5 degrees: half the pixel's diagonal over the radius.
   static constexpr double kSureRadius_px = 16;
 
  private:
@@ -61,7 +61,7 @@ class Finder {
                                const std::vector<Polar>& hits, int stride) const;
   [[nodiscard]] std::optional<Candidate> candidate_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label,
                                                       const std::vector<Polar>& wedge, int stride) const;
-  /// The top to a pixel, found by counting pixels across the wedge near `top_px`.
+  /// Returns the top to a pixel, found by counting pixels across the wedge near `top_px`.
   [[nodiscard]] double refined_top(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, double angle_rad,
                                    double half_rad, double top_px) const;
 

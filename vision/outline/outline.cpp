@@ -41,7 +41,7 @@ bool chain(const MirrorView& view, const Cylinder& c, double bottom_m, Pixels& p
   return is_shown;
 }
 
-/// The height over the floor that the view shows at `radius_px` at the cylinder's axis, not below the floor.
+/// Returns the height over the floor that the view shows at `radius_px` at the cylinder's axis, not below the floor.
 std::optional<double> height_at(const MirrorView& view, const Cylinder& c, double radius_px) {
   const MirrorViewSettings& s = view.settings();
   const auto ray = view.back_project(s.centre_px + view.offset_px(c.bearing_rad, radius_px));

@@ -48,16 +48,17 @@ struct Outline {
   };
   std::array<Vertex, kVertices> vertices;
 
-  /// The near point of the top: the middle of the arc.
+  /// Returns the near point of the top: the middle of the arc.
   [[nodiscard]] const Vertex& near() const { return vertices[kSideSegments + kArcSegments / 2]; }
-  /// Unit vector from the left side to the right one, at the ends of the arc.
+  /// Returns the unit vector from the left side to the right one, at the ends of the arc.
   [[nodiscard]] Eigen::Vector2d across() const {
     return (vertices[kSideSegments + kArcSegments].pixel_px - vertices[kSideSegments].pixel_px).normalized();
   }
 };
 
-/// Returns nothing where the view does not show the whole near rim of the top, or where the cylinder encloses the axis.
-/// @param least_radius_px radius at which the sides begin: nearer to the tip a landmark is too thin to separate them
+/// Projects the cylinder's outline into the view. Returns nothing where the view does not show the whole near rim of
+/// the top, or where the cylinder encloses the axis.
+/// @param least_radius_px radius at which the sides begin; nearer to the tip a landmark is too thin to separate them
 std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cylinder, double least_radius_px);
 
 // ---- the pixels along an outline
@@ -68,6 +69,7 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
 struct Coverage {
   double value, slope;
 };
+/// Computes the coverage of a pixel whose centre lies `inside_px` inside the edge (negative: outside).
 inline Coverage coverage(double inside_px, double wide, double narrow) {
   const double half = (wide + narrow) / 2;
   const double distance = std::abs(inside_px);
@@ -89,11 +91,11 @@ struct EdgePixel {
 struct EdgeSample {
   enum Part : std::int8_t { kLeft, kArc, kRight };
   Part part;
-  bool is_usable;           ///< the landmark's colour inside, another one outside, enough contrast, within the image
-  float wide, narrow;       ///< larger and smaller of the normal's |x| and |y|
-  float by_range_pxpm;      ///< outward motion of the outline with the landmark's range ...
-  float by_bearing_pxprad;  ///< ... and bearing
-  float width_px;           ///< distance to the opposite side
+  bool is_usable;                     ///< its colour inside, another colour outside, enough contrast, within the image
+  float wide, narrow;                 ///< larger and smaller of the normal's |x| and |y|
+  float by_range_pxpm;                ///< outward motion of the outline with the landmark's range ...
+  float by_bearing_pxprad;            ///< ... and bearing
+  float width_px;                     ///< distance to the opposite side
   float inside_noise, outside_noise;  ///< variance of the landmark's and the background's colour, over that of a pixel
   float doubt;       ///< variance of coverage because the background beside it differs from the one assumed
   int first, count;  ///< index of its first pixel, and their number
@@ -114,9 +116,9 @@ struct SampleReach {
   /// of the outline.
   double colours_px = 0;
   double blur_px = 1;  ///< assumed width of the edges
-  /// A colour is the mean of this number of pixels of a row or column, where as many show it alone. Few pixels are more
-  /// accurate where light and background change along the row, many where pixels are noisy. Tuned by hand on synthetic
-  /// images; no test fixes it.
+  /// A colour is the mean of this number of pixels of a row or column, if so many show that colour alone. Few pixels
+  /// are more accurate where light and background change along the row; many pixels are more accurate where there is
+  /// noise. Tuned by hand on synthetic images; no test fixes it.
   int samples = 3;
 };
 
@@ -139,14 +141,15 @@ struct PixelNoise {
 
 /// The limits of a fit. All calls in this library set all three values, so the defaults are not used.
 struct FitLimits {
-  /// The interval of the edges' width, which starts at the lower end; 1 where a pixel is the mean over its own area.
+  /// The interval of the edges' width. The fit starts at its lower end, which is 1 where a pixel is the mean over its
+  /// own area.
   double least_blur_px = 1;
   double most_blur_px = 8;
   double converged_px = 1e-7;  ///< the fit stops at a step below this
 };
 
 /// Sums of the edge samples' scores (the slopes of the likelihood), squared and with the products of neighbours. They
-/// measure the real scatter of the data, whatever its reason.
+/// measure the real scatter of the data, whatever its cause.
 struct Scores {
   double found = 0;
   double expected = 0;  ///< for the given PixelNoise and no correlation; also the information of the samples, in 1/px^2
@@ -177,8 +180,8 @@ struct OutlineFit {
   EdgeStatistics edges;
 };
 
-/// Least squares of the pixels' coverage over range, bearing and blur. Nothing where too little of the outline is
-/// usable.
+/// Fits range, bearing and blur to the pixels' coverage by least squares. Returns nothing where too little of the
+/// outline is usable.
 /// @param outline the outline of `cylinder`, from which the edge samples were read
 std::optional<OutlineFit> fit_outline(const EdgeSamples& edge_samples, const Cylinder& cylinder, const Outline& outline,
                                       const PixelNoise& noise, const FitLimits& limits);

@@ -23,8 +23,8 @@ constexpr double kEdge_rad = 1.3 * std::numbers::pi / 180;
 
 constexpr double kBin_rad = 2 * std::numbers::pi / Finder::kBins;
 
-/// Radius in the undistorted image at which the view shows that height at that place, at most the rim's; 0 where the
-/// view does not show it.
+/// Returns the radius in the undistorted image at which the view shows that height at that place, at most the rim's; 0
+/// where the view does not show it.
 double radius_px(const MirrorView& view, const Eigen::Vector2d& place_m, double height_m) {
   const auto shown = view.project_with_jacobian({place_m.x(), place_m.y(), height_m}, Rim::kGoesOn);
   const auto undistorted = shown ? view.undistort_px(shown->pixel_px) : std::nullopt;
@@ -53,7 +53,7 @@ Window fullest(Areas& areas, int width, int first, int last) {
   return best;
 }
 
-/// The greatest number of bins that a landmark with the candidate's top can span.
+/// Returns the greatest number of bins that a landmark with the candidate's top can span.
 int width_bins(const ViewFitter& fitter, const Landmark& target, const Candidate& candidate) {
   const int span = candidate.last_bin - candidate.first_bin + 1;
   // The width is unknown for a landmark that ends beyond the rim.

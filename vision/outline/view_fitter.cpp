@@ -104,10 +104,12 @@ constexpr double kExpectedConverged_px = 1e-2;
 // place. Tuned by hand on synthetic images; no test fixes it.
 constexpr double kNearBlur_px = 2;
 
-/// The distance is clear of the edge, whose half support is 0.7 of its width across a pixel's corner (1 / sqrt(2)).
+/// Returns the reach for edges of that width. The colours are read beyond the edge, whose half support is 0.7 of its
+/// width across a pixel's corner (1 / sqrt(2)).
 SampleReach reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, blur_px}; }
 
-/// The radius at which the sides begin: where they are kLeastWidth_px apart, but for a thin landmark half way up.
+/// Returns the radius at which the sides begin: where they are kLeastWidth_px apart, but for a thin landmark half way
+/// up.
 double least_radius_px(const MirrorView& mirror, const Cylinder& c) {
   const double wedge_rad = 2 * std::asin(std::min(0.9, c.radius_m / std::max(c.range_m, 1e-9)));
   const double wide_px = std::max(kLeastFitRadius_px, kLeastWidth_px / wedge_rad);
@@ -115,8 +117,8 @@ double least_radius_px(const MirrorView& mirror, const Cylinder& c) {
   return top ? std::min(wide_px, (*top - mirror.settings().centre_px).norm() / 2) : wide_px;
 }
 
-/// The variance of a landmark's position over that of the noise model: the value of all landmarks' outlines, or its own
-/// where that is larger.
+/// Returns the variance of a landmark's position over that of the noise model: the value of all landmarks' outlines, or
+/// its own where that is larger.
 double scatter(const Scores& all, const Scores& own) {
   const double common = all.expected > 0 ? std::max(all.found / all.expected, kLeastScatter) : 1;
   const double alone = own.expected > 0 ? own.found / own.expected : 0;
@@ -161,7 +163,8 @@ double step_px(const OutlineFit& fit) {
 
 double rim_width_px(const OutlineFit& fit) { return fit.outline.vertices[Outline::kSideSegments].chord_px; }
 
-// The fit of a thin landmark may stop below its top: where its colour continues beyond, the cylinder is moved there.
+// The fit of a thin landmark may stop below its top. If the landmark's colour continues beyond, the cylinder is moved
+// to where the colour ends.
 void ViewFitter::follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const {
   const Outline::Vertex& near = fit.outline.near();
   const double per_m = near.by_range_pxpm.norm();
@@ -240,7 +243,7 @@ void ViewFitter::fit(const OutlineTask& task, const Cylinder& cylinder, const Sa
 
 void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) const {
   OutlineSearch& look = task.look;
-  // The blur of a thin landmark is limited by its width: blurred further, it disappears.
+  // The blur of a thin landmark is limited by its width, because with more blur the landmark disappears.
   const double width_px = 2 * look.candidate->top_px * start.radius_m / start.range_m;
   const double blur_px = std::clamp(width_px / 2, 1.0, kCoarseBlur_px);
   fit(task, start, {kCoarseReach_px - kCoarseBlur_px + blur_px, blur_px}, PixelNoise{},

@@ -22,7 +22,7 @@ struct OutlineSearch {
   std::optional<EdgeStatistics> pool;
 };
 
-/// What a fit of one landmark in one view reads and changes.
+/// The input and output of a fit of one landmark in one view.
 struct OutlineTask {
   std::size_t landmark;  ///< its index, from which its label follows
   const cv::Mat& image;
@@ -48,12 +48,13 @@ class ViewFitter {
   [[nodiscard]] const Finder& finder() const { return finder_; }
 
   [[nodiscard]] Eigen::Vector2d pixel_of(const Candidate& candidate) const;
-  /// The bearing half way up to the top, where every candidate lies in the mirror.
+  /// Returns the bearing half way up to the top, where every candidate lies in the mirror.
   [[nodiscard]] double bearing_of(const Candidate& candidate) const;
-  /// The cylinder whose near point is where the candidate's ray has the height `top_m`.
+  /// Returns the cylinder whose near point is where the candidate's ray has the height `top_m`.
   [[nodiscard]] std::optional<Cylinder> place(const Candidate& candidate, double radius_m, double top_m) const;
 
-  /// The near point of the top from the finder alone (Stage::kFound). Nothing where the candidate has no place.
+  /// Returns the near point of the top from the finder alone (Stage::kFound). Returns nothing where the candidate has
+  /// no place.
   [[nodiscard]] std::optional<Sighting> found(const Candidate& candidate, double radius_m, double top_m) const;
 
   /// Fits the outline roughly, from a place that is accurate to kCoarseReach_px.
@@ -75,11 +76,11 @@ class ViewFitter {
   /// there.
   [[nodiscard]] bool fit_expected(const OutlineTask& task, const Cylinder& expected, const Common& common) const;
 
-  /// Sightings of the fitted landmarks, with the scatter of all fits of the same stage.
+  /// Returns the sightings of the fitted landmarks, with the scatter of all fits of the same stage.
   [[nodiscard]] static std::vector<OutlineVerdict> judge(const std::vector<const OutlineSearch*>& looks);
 
  private:
-  /// The candidate's ray, from where it has that height on.
+  /// Returns the candidate's ray, from the point where it has that height.
   [[nodiscard]] std::optional<Ray> ray_at(const Candidate& candidate, double height_m) const;
   void follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const;
   /// Sets `task.look.fit`.
@@ -92,22 +93,23 @@ class ViewFitter {
   Finder finder_;
 };
 
-/// Width of the top in the image. A landmark that is too narrow does not show a mast that hides it.
+/// Returns the width of the top in the image. If a landmark is too narrow, a mast that hides it is not recognised.
 double rim_width_px(const OutlineFit& fit);
 
-/// The least area, in pixels, of an unobstructed landmark in a view: that of its wedge from Finder::kSureRadius_px to
-/// its top, at Landmark::greatest_range_m, in the direction in which it appears smallest. It is at least
-/// Finder::kLeastArea_px, and equal to that where the target has no greatest range.
+/// Returns the least area, in pixels, of an unobstructed landmark in a view: that of its wedge from
+/// Finder::kSureRadius_px to its top, at Landmark::greatest_range_m, in the direction in which it appears smallest. It
+/// is at least Finder::kLeastArea_px, and equal to that where the target has no greatest range.
 double least_area_px(const MirrorView& view, const Landmark& target);
 
 /// Whether a view shows a landmark's colour outside the first candidate, with at least half of a landmark's least area.
-/// Half of it, because a landmark loses its colour in shadow and objects may hide a part of it.
+/// Half is enough, because a landmark loses its colour in shadow and objects may hide a part of it.
 enum class Rivals {
   kNone,
   kApart,   ///< elsewhere
   kBeside,  ///< in the candidate, which is wider than a landmark with its top there
 };
-/// Colour within the width of one landmark is no rival: it may be a part of a landmark that a mast splits.
+/// Returns whether and where a view shows a rival. Colour within the width of one landmark is no rival: it may be a
+/// part of a landmark that a mast splits.
 /// @param found with a candidate @param least_px least_area_px()
 Rivals rivals_of(const ViewFitter& fitter, const Landmark& target, const Found& found, double least_px);
 
