@@ -72,6 +72,7 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
   again.truth = run.info.truth;
   again.out = folder;
   again.old = runlog::OldLines::kKeep;
+  again.replace = false;
   return runs::run(robot, config::read_map(run.map.file), again, progress, stop);
 }
 

@@ -72,7 +72,7 @@ std::string why_not_resumed(const std::filesystem::path& folder);
 /// (DiskError). No table ever becomes shorter, even if this call is killed too.
 ///
 /// timing.csv and the last column of frames.csv depend on the machine and are not reproduced.
-/// @param options provides `notify` and `open`, and requires `replace` = false; the rest is the run's own
+/// @param options provides `notify`, `open` and `patience`; the rest is the run's own
 /// @returns as run(). Errors: as run()
 /// @throws config::FileError with the reason why the run cannot be continued: it is finished; its robot is real,
 /// imported or in a served world; it had a time budget, so the clock took part; another version of the program made it;
