@@ -82,6 +82,11 @@ use_pair_served() {
   for robot in one two; do changed "$source_dir/robots/pair/$robot.yaml" 's/^attach:.*/attach: behaviour-check/' "pair_$robot"; done
   "$twocone" serve --scene "$source_dir/scenes/pair/pair.map.yaml" --name behaviour-check >"$work/serve.log" 2>&1 &
   server=$!
+  # Both robots must attach before the first step. One that finds no server yet tries again later than the other.
+  for _ in $(seq 100); do
+    if grep -q '^serving' "$work/serve.log"; then break; fi
+    sleep 0.1
+  done
   for robot in one two; do
     rm -rf "$work/pair_$robot"
     "$twocone" run --robot "$work/pair_$robot.yaml" --frames "$frames" --out "$work/pair_$robot" >/dev/null 2>&1 &
