@@ -47,22 +47,21 @@ class Complaints {
     require(is_positive(value), "{} is {} {}, must be > 0 and finite", name, value, unit);
   }
   void not_negative(std::string_view name, double value, std::string_view unit) {
-    if (!(value >= 0) || !std::isfinite(value)) add("{} is {} {}, must be >= 0 and finite", name, value, unit);
+    require(value >= 0 && std::isfinite(value), "{} is {} {}, must be >= 0 and finite", name, value, unit);
   }
   void finite(std::string_view name, double value, std::string_view unit) {
-    if (!std::isfinite(value)) add("{} is {} {}, must be finite", name, value, unit);
+    require(std::isfinite(value), "{} is {} {}, must be finite", name, value, unit);
   }
   void within(std::string_view name, int value, int least, int greatest) {
-    if (value < least || value > greatest) add("{} is {}, must be {} to {}", name, value, least, greatest);
+    require(value >= least && value <= greatest, "{} is {}, must be {} to {}", name, value, least, greatest);
   }
   /// @param prefix of the fields' names: "walls."
   void span(std::string_view prefix, char axis, double min_m, double max_m) {
-    if (!(min_m < max_m) || !std::isfinite(max_m - min_m)) {
-      add("{0}min_{1}_m is {2} m and max_{1}_m {3} m, must be finite and min < max", prefix, axis, min_m, max_m);
-    }
+    require(min_m < max_m && std::isfinite(max_m - min_m),
+            "{0}min_{1}_m is {2} m and max_{1}_m {3} m, must be finite and min < max", prefix, axis, min_m, max_m);
   }
   void probability(std::string_view name, double value) {
-    if (!(value >= 0 && value < 1)) add("{} is {}, must be >= 0 and < 1", name, value);
+    require(value >= 0 && value < 1, "{} is {}, must be >= 0 and < 1", name, value);
   }
   [[nodiscard]] bool empty() const { return text_.empty(); }
   /// Throws the complaints, if there are any. @throws std::invalid_argument, beginning with `what`

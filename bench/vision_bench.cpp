@@ -87,13 +87,12 @@ BENCHMARK(FixByTriangle)->Unit(benchmark::kMicrosecond);
 
 /// The lab's six landmarks in a room of the lab's brightness, with the noise of a camera.
 struct LabPair {
-  vision::testing_support::SyntheticRig rig{vision::testing_support::lab_rig(),
-                                            {.level = 0.45, .cells = 24, .contrast = 0.3}};
-  std::vector<vision::testing_support::SyntheticLandmark> landmarks = vision::testing_support::six_landmarks();
-  vision::testing_support::SyntheticRig::Pair images;
+  testing_support::SyntheticRig rig{vision::lab_rig(), {.level = 0.45, .cells = 24, .contrast = 0.3}};
+  std::vector<testing_support::SyntheticLandmark> landmarks = testing_support::six_landmarks();
+  testing_support::SyntheticRig::Pair images;
   LabPair() {
     std::mt19937_64 random(1);
-    images = rig.take({vision::testing_support::seen_from(landmarks, {0.13, -0.21}, 0.37), {}, {}}, {1, 1}, random);
+    images = rig.take({testing_support::seen_from(landmarks, {0.13, -0.21}, 0.37), {}, {}}, {1, 1}, random);
   }
 };
 const LabPair& lab_pair() {
@@ -115,7 +114,7 @@ localisation::Fix fix_of(const std::vector<vision::RangeMeasurement>& measured, 
 /// Measures vision and localisation of one stereo frame.
 void OutlineOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
-  const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
+  const vision::OutlineRanging ranging(lab.rig.rig, testing_support::targets_of(lab.landmarks), kSize, kSize);
   for (auto _ : state) {
     auto fix = fix_of(ranging.measure(lab.images.lower, lab.images.upper), lab);
     if (fix.used < 6) state.SkipWithError("not all six landmarks were used");
@@ -127,7 +126,7 @@ BENCHMARK(OutlineOfAPair)->Unit(benchmark::kMillisecond);
 /// Measures as OutlineOfAPair, with all landmarks measured to a stage.
 void StageOfAPair(benchmark::State& state, vision::Stage stage) {
   const LabPair& lab = lab_pair();
-  const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
+  const vision::OutlineRanging ranging(lab.rig.rig, testing_support::targets_of(lab.landmarks), kSize, kSize);
   constexpr std::array<std::size_t, 6> kAll{0, 1, 2, 3, 4, 5};
   for (auto _ : state) {
     vision::FrameObservation observation = ranging.look(lab.images.lower, lab.images.upper);
@@ -146,7 +145,7 @@ BENCHMARK(CoarseOfAPair)->Unit(benchmark::kMillisecond);
 /// landmarks.
 void AdaptiveOfAPair(benchmark::State& state) {
   const LabPair& lab = lab_pair();
-  const vision::OutlineRanging ranging(lab.rig.rig, vision::testing_support::targets_of(lab.landmarks), kSize, kSize);
+  const vision::OutlineRanging ranging(lab.rig.rig, testing_support::targets_of(lab.landmarks), kSize, kSize);
   std::vector<Eigen::Vector2d> landmarks_m;
   for (const auto& landmark : lab.landmarks) landmarks_m.push_back(landmark.centre_m);
   const std::array<Eigen::Vector2d, 2> centres_px{lab.rig.rig.lower.settings().centre_px,

@@ -247,11 +247,13 @@ Result<std::unique_ptr<DiffDrive>> open_drive(const DrivePart& drive) {
 }
 
 Status check_cameras_differ(const RobotSettings& settings) {
+  const std::vector<Wanted> all = parts_of(settings);
   for (const Row& row : kRows) {
+    if (row.device_ids == nullptr) continue;
     std::vector<std::string> parts;
     std::vector<std::string> names;
-    for (const Wanted& wanted : parts_of(settings)) {
-      if (row.device_ids == nullptr || !wanted.camera || wanted.driver != row.backend.name) continue;
+    for (const Wanted& wanted : all) {
+      if (!wanted.camera || wanted.driver != row.backend.name) continue;
       parts.push_back(wanted.part);
       names.push_back(wanted.camera->device.name);
     }

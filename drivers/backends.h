@@ -28,7 +28,7 @@ inline constexpr std::string_view kSerialDiffDrive = "serial_diffdrive";
 /// One row of the table of drivers. The table also lists known drivers that are not in this build, so that a message
 /// about a robot file that names one can report what is missing.
 struct Backend {
-  /// The settings that a robot file may have for a part of this driver, besides those of all parts.
+  /// The settings that a robot file may have for a part of this driver, in addition to those of all parts.
   enum class Keys {
     kNone,
     kCamera,              ///< device, format, controls: CameraDevice

@@ -57,11 +57,11 @@ class DiffDrive {
   DiffDrive& operator=(const DiffDrive&) = delete;
 
   /// Sets both speeds and returns the applied ones. If a wheel would exceed the limit, both are scaled by one factor,
-  /// which keeps the path's curvature. Errors: kTimeout, kDisconnected, kBadData, kRefused.
+  /// which keeps the path's curvature. Errors: kTimeout, kDisconnected, kBadData, kRefused, kUnavailable.
   /// @throws std::invalid_argument for a speed that is not finite.
   Result<WheelSpeeds> set_speeds(const WheelSpeeds& wanted);
 
-  /// Returns the newest angles. Errors: kTimeout, kDisconnected, kBadData.
+  /// Returns the newest angles. Errors: kTimeout, kDisconnected, kBadData, kUnavailable.
   Result<WheelAngles> read_angles() { return do_read_angles(); }
 
   /// Stops the wheels now. An error means that the device did not get the command; the dead-man rule then stops them.

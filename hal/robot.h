@@ -14,7 +14,7 @@
 
 namespace twocone {
 
-/// A camera that a robot has besides its pair.
+/// A camera that a robot has in addition to its pair.
 struct NamedCamera {
   std::string name;  ///< the key in the robot file's `cameras:`; neither empty nor `lower` nor `upper`
   std::unique_ptr<Camera> camera;
@@ -59,7 +59,7 @@ struct RobotPace {
 class Robot {
  public:
   /// @param truth may be null
-  /// @param others cameras besides the pair, in the order in which they are started and grabbed
+  /// @param others cameras in addition to the pair, in the order in which they are started and grabbed
   /// @throws std::invalid_argument for a missing drive, or naming every camera of `others` that is missing or whose
   /// name is empty, `lower`, `upper` or used twice
   Robot(StereoRig cameras, std::unique_ptr<DiffDrive> drive, std::unique_ptr<GroundTruth> truth,

@@ -111,7 +111,7 @@ bool are_enough(const std::vector<Eigen::Vector2d>& edges) {
 }
 
 cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
-  if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: wants an image of r g b");
+  if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: the image must be of type CV_8UC3 (r g b)");
   if (!(expected.radius_px > 0) || !std::isfinite(expected.radius_px) || !expected.centre_px.allFinite()) {
     throw std::invalid_argument("find_rim: expected.radius_px must be > 0, and centre and radius finite");
   }
@@ -223,11 +223,11 @@ bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected) {
 }
 
 cv::Mat median_image(std::span<const cv::Mat> images) {
-  if (images.empty()) throw std::invalid_argument("median_image: wants at least one image");
+  if (images.empty()) throw std::invalid_argument("median_image: at least one image is needed");
   const cv::Size size = images.front().size();
   for (const cv::Mat& image : images) {
     if (image.type() != CV_8UC3 || image.size() != size)
-      throw std::invalid_argument("median_image: wants images of r g b of one size");
+      throw std::invalid_argument("median_image: the images must be of type CV_8UC3 (r g b) and of one size");
   }
   cv::Mat median(size, CV_8UC3);
   std::vector<const std::uint8_t*> rows(images.size());
@@ -304,7 +304,7 @@ std::optional<TipMeasurement> measure_tip(std::span<const cv::Mat> images, const
   };
   std::vector<Line> lines;
   for (const cv::Mat& image : images) {
-    if (image.type() != CV_8UC3) throw std::invalid_argument("measure_tip: wants images of r g b");
+    if (image.type() != CV_8UC3) throw std::invalid_argument("measure_tip: the images must be of type CV_8UC3 (r g b)");
     const cv::Mat grey = linear_grey(image);
     cv::Mat dx;
     cv::Mat dy;

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/random.h"
+
 namespace twocone::behaviours {
 namespace {
 
@@ -36,8 +38,6 @@ double turn_rate_on_the_spot(const Body& body) {
 }
 
 }  // namespace
-
-double fraction(std::mt19937_64& random) { return double(random() >> 11U) * 0x1p-53; }
 
 double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
   double least = std::min((p_m - min_m).minCoeff(), (max_m - p_m).minCoeff());
@@ -69,8 +69,8 @@ Motion Wander::decide(const localisation::Pose& believed, double step_s) {
       side_ = 0;
       return {kForward * body_.max_speed_mps, 0};
     }
-    if (side_ == 0) side_ = fraction(random_) < 0.5 ? 1 : -1;
-    turn_left_s_ = kShortestTurn_s + (kLongestTurn_s - kShortestTurn_s) * fraction(random_);
+    if (side_ == 0) side_ = base::fraction(random_) < 0.5 ? 1 : -1;
+    turn_left_s_ = kShortestTurn_s + (kLongestTurn_s - kShortestTurn_s) * base::fraction(random_);
   }
   return {0, side_ * turn_rate_on_the_spot(body_)};
 }

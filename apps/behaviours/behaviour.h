@@ -25,10 +25,6 @@ struct Arena {
   [[nodiscard]] double clearance_m(const Eigen::Vector2d& p_m) const;
 };
 
-/// Returns a random number in [0, 1). It replaces the distributions of the standard library, because these differ
-/// between implementations, and a run must not depend on the implementation.
-double fraction(std::mt19937_64& random);
-
 /// The motion of the body that a behaviour requests.
 struct Motion {
   double speed_mps = 0;        ///< forward

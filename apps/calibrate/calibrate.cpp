@@ -121,8 +121,9 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       vision::CalibrationFrame& out = sighted.frames.emplace_back();
       out.wheels = frame.wheels;
       out.twist = twist_at(run, frame.row);
-      const auto lower = read_rgb(runlog::lower_image_file(run.folder, stamps.frame), run.robot.lower);
-      const auto upper = read_rgb(runlog::upper_image_file(run.folder, stamps.frame), run.robot.upper);
+      const auto [lower_file, upper_file] = runlog::images_of(run, frame.row);
+      const auto lower = read_rgb(lower_file, run.robot.lower);
+      const auto upper = read_rgb(upper_file, run.robot.upper);
       if (!lower || !upper) {
         sighted.unreadable.push_back(lower ? upper.error() : lower.error());
         continue;
@@ -150,10 +151,7 @@ std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side
   for (std::size_t i = 0; i < count; ++i) {
     const ChosenFrames::Frame& frame =
         chosen.frames[i * (chosen.frames.size() - 1) / std::max<std::size_t>(1, count - 1)];
-    const std::uint64_t number = frame.run->frames[frame.row].frame;
-    const auto file = side == vision::Side::kLower ? runlog::lower_image_file(frame.run->folder, number)
-                                                   : runlog::upper_image_file(frame.run->folder, number);
-    auto rgb = runlog::read_rgb(file);
+    auto rgb = runlog::read_rgb(runlog::images_of(*frame.run, frame.row)[std::size_t(side)]);
     if (rgb && (images.empty() || rgb->size() == images.front().size())) images.push_back(std::move(*rgb));
   }
   return images;
@@ -161,10 +159,10 @@ std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side
 
 void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::array<ViewCircles, 2>& circles) {
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
-    const auto& view = (side == vision::Side::kLower ? rig.lower : rig.upper).settings();
+    const auto& view = of_view(rig, side).settings();
     const auto images = images_for_circles(chosen, side);
     if (images.empty()) continue;
-    ViewCircles& found = circles[side == vision::Side::kLower ? 0 : 1];
+    ViewCircles& found = circles[std::size_t(side)];
     found.rim = vision::measure_rim(vision::median_image(images), {view.centre_px, view.rim_radius_px, 0});
     found.tip = vision::measure_tip(images, found.rim ? found.rim->centre_px : view.centre_px,
                                     std::max(20.0, kTipReach * view.rim_radius_px));

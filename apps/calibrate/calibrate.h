@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
-
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
 #include "hal/result.h"

@@ -74,9 +74,9 @@ double magnification(double rms_px) {
 /// Draws one half of the figure: the residuals before the calibration, or those after it.
 std::string draw(const Report& report, vision::Side side, bool is_after) {
   const vision::Rig& rig = is_after ? report.after : report.before;
-  const vision::MirrorViewSettings& s = (side == vision::Side::kLower ? rig.lower : rig.upper).settings();
+  const vision::MirrorViewSettings& s = of_view(rig, side).settings();
   const auto& rms_px = is_after ? report.result.rms_after_px : report.result.rms_before_px;
-  const double of_view_px = rms_px[side == vision::Side::kLower ? 0 : 1];
+  const double of_view_px = rms_px[std::size_t(side)];
   const double left_px = is_after ? kPanel_px : 0;
   const double scale = (kPanel_px / 2 - kMargin_px) / s.rim_radius_px;
   const double times = magnification(of_view_px);

@@ -56,15 +56,6 @@ struct Side {
 
 inline constexpr double kDegree = std::numbers::pi / 180;
 
-/// Returns the part of a rig or a robot that belongs to one view.
-template <typename Parts>
-auto& of_view(Parts& parts, vision::Side view) {
-  return view == vision::Side::kLower ? parts.lower : parts.upper;
-}
-
-/// Returns the files of a frame's images, lower and upper.
-std::array<std::filesystem::path, 2> images_of(const runlog::RunData& run, std::size_t index);
-
 /// Reads a run. @param poses file of a given trajectory (TUM format, the run's clock); empty: none
 /// Errors: kBadData (the run cannot be compared, one line). @throws config::FileError as read_run, and if the run has
 /// no sightings of method outline

@@ -135,9 +135,7 @@ Status render_all(const Settings& settings, const Side& real, const config::Map&
     if (settings.stop && *settings.stop) return stopped_error();
     if (!std::filesystem::exists(runlog::upper_image_file(settings.simulated, places[i].frame.frame))) {
       auto frames = look(**host, real.run.robot, places[i]);
-      if (!frames) {
-        return Error(frames.error().code, "frame {}: {}", places[i].frame.frame, frames.error().message);
-      }
+      if (!frames) return with_name(fmt::format("frame {}", places[i].frame.frame), frames.error());
       coming.push_back({places[i].frame.frame, *std::move(frames)});
       if (coming.size() >= kOnTheWay) {
         if (auto kept = keep_first(); !kept) return kept;

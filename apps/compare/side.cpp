@@ -163,11 +163,6 @@ std::vector<vision::RangeMeasurement> ranges_under(const vision::Rig& rig, const
 
 }  // namespace
 
-std::array<std::filesystem::path, 2> images_of(const runlog::RunData& run, std::size_t index) {
-  const std::uint64_t frame = run.frames[index].frame;
-  return {runlog::lower_image_file(run.folder, frame), runlog::upper_image_file(run.folder, frame)};
-}
-
 Result<Side> read_side(const std::filesystem::path& folder, const std::filesystem::path& poses) {
   if (std::filesystem::exists(folder / "run.yaml") && !std::filesystem::exists(folder / "frames.csv")) {
     return Error(ErrorCode::kBadData, "{}: there is no frames.csv, so it has no frames", folder.string());

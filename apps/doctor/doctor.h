@@ -16,7 +16,8 @@
 /// Examines a robot part by part, and reports whether each part behaves as the robot file states.
 namespace twocone::doctor {
 
-/// Everything that the doctor needs besides the devices. The caller provides it, so a test can control time and user.
+/// Everything that the doctor needs in addition to the devices. The caller provides it, so a test can control time and
+/// user.
 struct Surroundings {
   const Clock& clock;
   std::function<void(std::chrono::nanoseconds)> sleep;

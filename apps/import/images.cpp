@@ -14,6 +14,7 @@
 #include <boost/algorithm/string.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/tables/tables.h"
@@ -89,9 +90,6 @@ ImageList by_times_file(const fs::path& folder, const fs::path& times_file, Stam
   std::map<fs::path, std::size_t> named;  // line number of each name
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const Line& line = lines[i];
-    const auto refuse = [&](const std::string& what) {
-      throw config::FileError("{}:{}: {}", times_file.string(), line.number, what);
-    };
     const bool is_cut = i + 1 == lines.size() && !line.whole;
     const auto leave_out = [&](const std::string& why) {
       list.events.push_back(fmt::format("{}:{}: the last line is left out: {}", times_file.string(), line.number, why));
@@ -105,21 +103,23 @@ ImageList by_times_file(const fs::path& folder, const fs::path& times_file, Stam
         leave_out("it was cut off");
         continue;
       }
-      if (!entry) refuse(fmt::format("'{}' must be TIME NAME or TIME,NAME", line.text));
-      refuse(fmt::format("the time is '{}', must be {}", entry->time, stamp_forms(unit)));
+      if (!entry) config::refuse_line(times_file, line.number, "'{}' must be TIME NAME or TIME,NAME", line.text);
+      config::refuse_line(times_file, line.number, "the time is '{}', must be {}", entry->time, stamp_forms(unit));
     }
     const fs::path name = fs::path(entry->name).filename();
     if (!there.contains(name)) {
       const std::string why = fmt::format("there is no image {}", (folder / name).string());
-      if (i + 1 < lines.size()) refuse(why);
+      if (i + 1 < lines.size()) config::refuse_line(times_file, line.number, "{}", why);
       leave_out(why);
       continue;
     }
     if (!list.images.empty() && *time <= list.images.back().time) {
-      refuse(fmt::format("the time is {}, must be later than that of the image before it", entry->time));
+      config::refuse_line(times_file, line.number, "the time is {}, must be later than that of the image before it",
+                          entry->time);
     }
     if (const auto [before, is_new] = named.emplace(name, line.number); !is_new) {
-      refuse(fmt::format("{} stands on line {}, too; must be named once", name.string(), before->second));
+      config::refuse_line(times_file, line.number, "{} stands on line {}, too; must be named once", name.string(),
+                          before->second);
     }
     list.images.push_back({folder / name, *time});
   }

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/config/yaml/text_file.h"
 #include "apps/import/stamps.h"
 #include "base/errors.h"
 

@@ -36,7 +36,7 @@ std::vector<Stamp> times_in(const std::filesystem::path& file) {
     if (!line.whole) break;
     const std::string first = line.text.substr(0, line.text.find(' '));
     const auto time = parse_seconds(first);
-    if (!time) throw config::FileError("{}:{}: the time is '{}', must be seconds", file.string(), line.number, first);
+    if (!time) config::refuse_line(file, line.number, "the time is '{}', must be seconds", first);
     times.push_back(*time);
   }
   return times;
@@ -114,17 +114,14 @@ WheelsOfPoses wheels_of(const std::vector<localisation::Pose>& poses, const loca
 
 WheelFile::WheelFile(const std::filesystem::path& file, const localisation::WheelGeometry& wheels) {
   const std::vector<Line> lines = read_lines(file);
-  const auto refuse = [&]<typename... Values>(std::size_t line, fmt::format_string<Values...> what,
-                                              Values&&... values) {
-    throw config::FileError("{}:{}: {}", file.string(), line, fmt::format(what, std::forward<Values>(values)...));
-  };
-  if (lines.empty()) refuse(1, "is empty, must begin with a header line of columns");
+  if (lines.empty()) config::refuse_line(file, 1, "is empty, must begin with a header line of columns");
   const std::vector<std::string> header = runlog::split_fields(lines[0].text);
   const auto angles = columns(header, {"t_s", "left_rad", "right_rad"});
   const auto places = angles ? angles : columns(header, {"t_s", "x_m", "y_m", "heading_rad"});
   if (!places) {
-    refuse(lines[0].number, "the header is '{}', must have t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad",
-           lines[0].text);
+    config::refuse_line(file, lines[0].number,
+                        "the header is '{}', must have t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad",
+                        lines[0].text);
   }
   std::vector<Stamp> times;
   std::vector<localisation::Pose> poses;
@@ -133,19 +130,19 @@ WheelFile::WheelFile(const std::filesystem::path& file, const localisation::Whee
     const auto fields = runlog::split_fields(lines[i].text);
     if (fields.size() != header.size()) {
       if (is_cut) break;
-      refuse(lines[i].number, "has {} fields, must have {}", fields.size(), header.size());
+      config::refuse_line(file, lines[i].number, "has {} fields, must have {}", fields.size(), header.size());
     }
     const std::string& t_s = fields[places->front()];
     const auto time = parse_seconds(t_s);
-    if (!time) refuse(lines[i].number, "t_s is '{}', must be seconds", t_s);
+    if (!time) config::refuse_line(file, lines[i].number, "t_s is '{}', must be seconds", t_s);
     if (!times.empty() && *time <= times.back()) {
-      refuse(lines[i].number, "t_s is {}, must be later than in the row before it", t_s);
+      config::refuse_line(file, lines[i].number, "t_s is {}, must be later than in the row before it", t_s);
     }
     std::vector<double> values;
     for (std::size_t k = 1; k < places->size(); ++k) {
       const std::size_t column = (*places)[k];
       if (!runlog::parse_field(fields[column], values.emplace_back()) || !std::isfinite(values.back())) {
-        refuse(lines[i].number, "{} is '{}', must be a number", header[column], fields[column]);
+        config::refuse_line(file, lines[i].number, "{} is '{}', must be a number", header[column], fields[column]);
       }
     }
     times.push_back(*time);

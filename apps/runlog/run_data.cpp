@@ -73,6 +73,10 @@ std::filesystem::path lower_image_file(const std::filesystem::path& run, std::ui
 std::filesystem::path upper_image_file(const std::filesystem::path& run, std::uint64_t frame) {
   return camera_image_file(run, "upper", frame);
 }
+std::array<std::filesystem::path, 2> images_of(const RunData& run, std::size_t row) {
+  const std::uint64_t frame = run.frames[row].frame;
+  return {lower_image_file(run.folder, frame), upper_image_file(run.folder, frame)};
+}
 
 std::filesystem::path results_folder(const std::filesystem::path& run, const std::string& method) {
   std::filesystem::path results =

@@ -189,6 +189,8 @@ std::filesystem::path upper_image_file(const std::filesystem::path& run, std::ui
 /// Returns the image file of any camera, by its name in the robot file. Those of the pair are `lower` and `upper`.
 std::filesystem::path camera_image_file(const std::filesystem::path& run, const std::string& camera,
                                         std::uint64_t frame);
+/// Returns the files of a frame's images, lower and upper. @param row of the frame in `run.frames`
+std::array<std::filesystem::path, 2> images_of(const RunData& run, std::size_t row);
 
 /// The tables that read_run loads into memory.
 enum class Tables {

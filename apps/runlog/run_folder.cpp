@@ -9,6 +9,7 @@
 #include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
+#include "base/errors.h"
 
 namespace twocone::runlog {
 namespace {
@@ -135,7 +136,7 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
 void write_image(const std::filesystem::path& file, const Image& image) {
   const bool is_grey = image.format == PixelFormat::kGrey8;
   const auto rgb = is_grey ? Result<Image>(image) : to_rgb8(image);
-  if (!rgb) throw std::runtime_error(fmt::format("{}: {}", file.string(), rgb.error().message));
+  if (!rgb) throw base::FormattedError("{}: {}", file.string(), rgb.error().message);
   cv::Mat bgr;  // or grey, in the form for imencode()
   if (is_grey) {
     bgr = estimation::as_mat(*rgb);

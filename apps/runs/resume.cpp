@@ -29,7 +29,7 @@ std::string why_not(const std::filesystem::path& folder, const runlog::RunYaml& 
   if (info.finished) return fmt::format("it is finished, with all its {} frames", info.frames_wanted);
   if (info.behaviour == runlog::kImported) return "it was imported: another program took its images";
   if (!config::is_simulated(run.robot)) {
-    return "its robot is real: where that stands now, no program can put it back to; begin a new run";
+    return "its robot is real, and no program can put it back to its last pose; begin a new run";
   }
   if (!run.robot.attach.empty()) {
     return fmt::format(

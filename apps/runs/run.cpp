@@ -173,7 +173,7 @@ class Loop {
     pending_.pop_front();
     runlog::FrameRecord& record = taken.record;
     const auto failed = [&](const Error& error) {
-      return Error(error.code, "frame {}: {}", record.frame.frame, error.message);
+      return with_name(fmt::format("frame {}", record.frame.frame), error);
     };
     const SteadyTime waited_from = std::chrono::steady_clock::now();
     const auto images = wait_for_images(taken.frame, stop_);

@@ -18,6 +18,7 @@
 #include "apps/runlog/summary/bounds.h"
 #include "apps/tradeoff/statistics.h"
 #include "base/errors.h"
+#include "base/random.h"
 #include "localisation/least_squares_fix.h"
 #include "localisation/odometry.h"
 
@@ -38,7 +39,7 @@ Episode make_episode(const config::Robot& robot, const config::Map& map, const b
                      std::uint64_t seed, Stream stream, int number) {
   std::seed_seq words{std::uint32_t(seed), std::uint32_t(seed >> 32U), std::uint32_t(stream), std::uint32_t(number)};
   std::mt19937_64 random(words);
-  const auto between = [&](double least, double most) { return least + (most - least) * behaviours::fraction(random); };
+  const auto between = [&](double least, double most) { return least + (most - least) * base::fraction(random); };
   Episode episode;
   episode.seed = random();
   const double room_m = robot.body_radius_m + behaviours::Wander::kMargin_m;
@@ -296,6 +297,10 @@ Plan make_check_plan(const config::Robot& robot, const config::Map& map, const P
   plan.shards.clear();
   add_shards(images, episodes, plan.shards);
   return plan;
+}
+
+std::size_t first_of(const Plan& plan, const Images& images) {
+  return std::size_t(std::ranges::find(plan.settings, images, &Setting::images) - plan.settings.begin());
 }
 
 }  // namespace twocone::tradeoff

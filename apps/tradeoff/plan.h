@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -62,5 +63,8 @@ Plan make_plan(const config::Robot& robot, const config::Map& map, const PlanOpt
 /// @throws as make_plan for the number of episodes and the room
 Plan make_check_plan(const config::Robot& robot, const config::Map& map, const Plan& sweep, const Images& images,
                      int episodes);
+
+/// Returns the index of the plan's first setting with these images. Rows about the images name this setting.
+std::size_t first_of(const Plan& plan, const Images& images);
 
 }  // namespace twocone::tradeoff

@@ -97,11 +97,6 @@ struct Values {
   double render_bytes = 0;
 };
 
-/// Returns the index of the first setting with these images.
-std::size_t first_of(const Plan& plan, const Images& images) {
-  return std::size_t(std::ranges::find(plan.settings, images, &Setting::images) - plan.settings.begin());
-}
-
 void add(Values& values, const FrameRow& row) {
   add(values.vision_s, row.episode, row.vision_s);
   add(values.localisation_s, row.episode, row.localisation_s);
@@ -119,22 +114,16 @@ void add(Values& values, const FrameRow& row) {
 
 std::vector<Values> values_of(const Plan& plan, const ShardRecord& all) {
   std::vector<Values> values(plan.settings.size());
-  const auto index = [&plan](const auto& row) {
-    if (row.setting >= 0 && std::size_t(row.setting) < plan.settings.size()) return std::size_t(row.setting);
+  const auto of = [&](const auto& row) -> Values& {
+    if (row.setting >= 0 && std::size_t(row.setting) < values.size()) return values[std::size_t(row.setting)];
     throw base::InvalidArgument("a row is of setting {}, but the plan has 0 to {}", row.setting,
                                 int(plan.settings.size()) - 1);
   };
-  const auto of = [&](const auto& row) -> Values& { return values[index(row)]; };
-  const auto images_of = [&](const auto& row) -> Values& {
-    return values[first_of(plan, plan.settings[index(row)].images)];
-  };
   for (const FrameRow& row : all.frames) add(of(row), row);
   for (const RangeRow& row : all.ranges) add(of(row).range_m, row.episode, row.error_m);
-  for (const RenderRow& row : all.renders) add(images_of(row).render_s, row.episode, row.cpu_s);
+  for (const RenderRow& row : all.renders) add(of(row).render_s, row.episode, row.cpu_s);
   for (const MemoryRow& row : all.memory) of(row).peak_bytes = std::max(of(row).peak_bytes, row.peak_bytes);
-  for (const MemoryRow& row : all.render_memory) {
-    images_of(row).render_bytes = std::max(images_of(row).render_bytes, row.peak_bytes);
-  }
+  for (const MemoryRow& row : all.render_memory) of(row).render_bytes = std::max(of(row).render_bytes, row.peak_bytes);
   return values;
 }
 

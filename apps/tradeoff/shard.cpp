@@ -107,7 +107,7 @@ class ShardRunner {
     auto shots = take(shard, progress, stop);
     if (!shots) return shots.error();
     ShardRecord record;
-    const auto first = int(std::ranges::find(plan_.settings, shard.images, &Setting::images) - plan_.settings.begin());
+    const auto first = int(first_of(plan_, shard.images));
     {
       const std::lock_guard lock(costs_->mutex);
       for (const auto& [place, cpu_s] : costs_->cpu_s) {

@@ -14,7 +14,7 @@
 namespace twocone::bench {
 namespace {
 
-using namespace vision::testing_support;  // NOLINT(google-build-using-namespace): a program of its own
+using namespace testing_support;  // NOLINT(google-build-using-namespace): a program of its own
 
 constexpr std::array kSeen{3, 4, 6, 8, 12};
 constexpr std::array kInFix{3, 6, 12, 25, 50, 100};
@@ -65,13 +65,13 @@ std::vector<localisation::LandmarkMeasurement> sightings(int count, int variant)
 }  // namespace
 
 Growth grow_vision_landmarks(const Options& options) {
-  const SyntheticRig rig(lab_rig(), {.level = 0.45, .cells = 24, .contrast = 0.3});
+  const SyntheticRig rig(vision::lab_rig(), {.level = 0.45, .cells = 24, .contrast = 0.3});
   Growth growth;
   growth.title = "Landmarks, vision";
   growth.what = fmt::format(
       "Method `outline` on synthetic images of {} x {} pixels with noise of a grey level: processor time of a stereo "
       "frame, median of {}, at {} poses.",
-      kImage.width, kImage.height, options.repeats, kImagesOfOne);
+      vision::kImage.width, vision::kImage.height, options.repeats, kImagesOfOne);
   growth.size_name = "landmarks";
   Column vision{"vision, ms", 2, {}};
   Column measured{"measured", 0, {}, false};
@@ -81,7 +81,7 @@ Growth grow_vision_landmarks(const Options& options) {
     vision.repeats.emplace_back();
     measured.repeats.emplace_back();
     const auto all = landmarks(count);
-    const vision::OutlineRanging ranging(rig.rig, targets_of(all), kImage, kImage);
+    const vision::OutlineRanging ranging(rig.rig, targets_of(all), vision::kImage, vision::kImage);
     std::mt19937_64 random(1);
     for (int i = 0; i < kImagesOfOne; ++i) {
       const Eigen::Vector2d at(0.25 * std::cos(2.1 * i), 0.25 * std::sin(2.1 * i));

@@ -13,6 +13,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/estimation/estimator.h"
+#include "base/random.h"
 #include "bench/growth/growth.h"
 #include "bench/growth/seen.h"
 
@@ -33,9 +34,7 @@ struct Room {
 
 Room make_room(const config::Robot& robot, const config::Map& map, int number) {
   std::mt19937_64 random(std::uint64_t(number) + 1);
-  const auto between = [&random](double least, double most) {
-    return least + (most - least) * behaviours::fraction(random);
-  };
+  const auto between = [&random](double least, double most) { return least + (most - least) * base::fraction(random); };
   const behaviours::Arena arena = config::to_arena(map);
   std::vector<Pose2> all;
   while (all.size() < kPoses + std::size_t(kRobots.back() - 1)) {

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <limits>
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace twocone::libcamera_camera {

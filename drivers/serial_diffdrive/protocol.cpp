@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/serial_diffdrive/protocol.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "base/errors.h"

@@ -437,7 +437,7 @@ void check(const SerialDriveSettings& settings) {
     }
   }
   if (settings.baud && *settings.baud <= 0) bad.add("baud is {}, must be > 0", *settings.baud);
-  if (settings.counts_per_turn && !(*settings.counts_per_turn > 0 && std::isfinite(*settings.counts_per_turn))) {
+  if (settings.counts_per_turn && !base::is_positive(*settings.counts_per_turn)) {
     bad.add("counts_per_turn is {}, must be > 0 and finite", *settings.counts_per_turn);
   }
   if (settings.least_speed_radps && !(*settings.least_speed_radps >= 0 && std::isfinite(*settings.least_speed_radps))) {

@@ -7,7 +7,6 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -18,6 +17,7 @@
 
 #include <fmt/format.h>
 
+#include "base/child_process.h"
 #include "base/log.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
 #include "hal/device_info.h"
@@ -140,9 +140,8 @@ class SerialPort final : public Transport {
   /// Waits for `events`. Errors: kTimeout, kDisconnected.
   [[nodiscard]] Status wait_for(short events, Deadline deadline) const {
     while (true) {
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
       pollfd entry{descriptor_, events, 0};
-      const int ready = ::poll(&entry, 1, int(std::clamp<std::int64_t>(left.count(), 0, 60'000)));
+      const int ready = ::poll(&entry, 1, base::milliseconds_until(deadline));
       if (ready < 0 && errno != EINTR) return gone();
       if (ready > 0) {
         if ((entry.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return gone();

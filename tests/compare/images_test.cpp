@@ -13,6 +13,7 @@
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "tests/compare/made_up_side.h"
+#include "tests/support/srgb.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::compare {
@@ -56,7 +57,7 @@ Image image(const vision::MirrorView& view, double heading_rad, double gain, std
         const double turns = bearing_rad / (2 * std::numbers::pi);
         light = gain * 0.1 * std::exp(kLogStep * std::floor(kSectors * (turns - std::floor(turns))));
       }
-      const double code = 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+      const double code = testing_support::coded(light);
       for (int colour = 0; colour < 3; ++colour) {
         image.bytes[at++] = std::uint8_t(std::lround(std::clamp(code + (ray ? noise(random) : 0), 0.0, 255.0)));
       }

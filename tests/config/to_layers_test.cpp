@@ -15,7 +15,6 @@ namespace twocone::config {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::nanoseconds;
 
 Robot good_robot() { return read_robot(data("good_robot.yaml")); }
 Map good_map() { return read_map(data("good_map.yaml")); }
@@ -179,12 +178,7 @@ TEST(ToPlace, HasEveryThingOfTheMap) {
                    {"landmark green", Disc{{2.3, -1.1}, 0.11}},
                    {"obstacle 1", sim_povray::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}},
                    {"obstacle 2", Disc{{1.2, -0.8}, 0.25}}};
-  wanted.moving = {{.name = "cart_2",
-                    .path_m = {{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}},
-                    .speed_mps = 0.23,
-                    .loop = true,
-                    .radius_m = 0.19},
-                   {.name = "cat", .path_m = {{-1.2, 2.1}, {-0.3, 2.2}}, .speed_mps = 0.6, .radius_m = 0.11}};
+  wanted.moving = good_map().moving;
   wanted.switches = {.shadows = false, .photons = false, .reflection_depth = 3};
   EXPECT_EQ(all_of(to_place(good_map())), all_of(wanted));
 }

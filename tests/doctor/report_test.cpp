@@ -10,7 +10,6 @@ namespace twocone::doctor {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;

@@ -13,7 +13,6 @@
 #include <gtest/gtest.h>
 
 #include "drivers/memory/memory.h"
-
 #include "tests/support/error_of.h"
 #include "tests/support/fails_with.h"
 

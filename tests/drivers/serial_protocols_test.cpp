@@ -13,7 +13,6 @@ namespace {
 
 using emulator::Bench;
 using emulator::MemoryTransport;
-using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::HasSubstr;
 using testing_support::FailsWith;

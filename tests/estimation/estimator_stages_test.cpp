@@ -16,7 +16,7 @@
 namespace twocone::estimation {
 namespace {
 
-namespace lab = vision::testing_support;
+namespace lab = testing_support;
 using testing_support::lab_robot;
 using testing_support::value;
 using vision::RangeVerdict;
@@ -46,7 +46,7 @@ struct Frame {
 };
 const Frame& frame() {
   static const Frame frame = [] {
-    const lab::SyntheticRig rig(lab::lab_rig(), {.level = 0.45, .cells = 24, .contrast = 0.3});
+    const lab::SyntheticRig rig(vision::lab_rig(), {.level = 0.45, .cells = 24, .contrast = 0.3});
     std::mt19937_64 random(3);
     const auto pair =
         rig.take({lab::seen_from(lab::six_landmarks(), kPosition_m, kHeading_rad), {}, {}}, {1, 1}, random);

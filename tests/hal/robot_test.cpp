@@ -35,7 +35,7 @@ class RobotTest : public testing::Test, protected test::ScriptedPair {
   NamedCamera other(const std::string& name, const std::shared_ptr<ScriptedCamera::Script>& script) {
     return {name, std::make_unique<ScriptedCamera>(name, script, log_), {320, 240, 7.5}};
   }
-  /// A robot with the cameras `front` and `back` besides its pair.
+  /// A robot with the cameras `front` and `back` in addition to its pair.
   std::unique_ptr<Robot> robot_with_two_more() {
     std::vector<NamedCamera> others;
     others.push_back(other("front", front_));

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <random>
 #include <vector>
 
@@ -12,12 +10,6 @@
 #include "localisation/least_squares_fix.h"
 
 namespace twocone::localisation {
-
-/// Number of draws: the variable TWOCONE_CASES, or the usual number.
-inline int cases(int usual) {
-  const char* const asked = std::getenv("TWOCONE_CASES");
-  return asked != nullptr ? std::max(1, std::atoi(asked)) : usual;
-}
 
 inline LandmarkMeasurement ranged(double x_m, double y_m, double range_m, double sigma_m = 0.01) {
   LandmarkMeasurement m{.landmark_m = {x_m, y_m}, .range_m = range_m, .bearing_rad = {}};

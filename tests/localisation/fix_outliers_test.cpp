@@ -13,6 +13,7 @@
 #include <Eigen/LU>
 
 #include "tests/localisation/fix_cases.h"
+#include "tests/support/cases.h"
 
 namespace twocone::localisation {
 namespace {
@@ -81,7 +82,7 @@ void expect_found(int count, int wrong, int usual) {
   int quietly_wrong = 0;
   double with_ms = 0;
   double without_ms = 0;
-  const int total = cases(usual);
+  const int total = testing_support::cases(usual);
   for (int i = 0; i < total; ++i) {
     const Planted planted = plant(count, wrong, unsigned(i + 1));
     const double begin_ms = cpu_ms();

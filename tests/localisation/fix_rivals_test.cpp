@@ -14,6 +14,7 @@
 #include <Eigen/Cholesky>
 
 #include "tests/localisation/fix_cases.h"
+#include "tests/support/cases.h"
 
 namespace twocone::localisation {
 namespace {
@@ -235,7 +236,7 @@ TEST_P(FixRivals, AgainstASearchFromEverywhere) {
   std::mt19937_64 random(17);
   int verdicts[6] = {};
   int hidden = 0, not_global = 0, without_rival = 0;
-  const int rooms = cases(8);
+  const int rooms = testing_support::cases(8);
   for (int i = 0; i < rooms; ++i) {
     const auto room = draw_room(GetParam(), random);
     const Fix fix = fix_by_least_squares(room);

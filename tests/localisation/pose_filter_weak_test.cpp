@@ -13,6 +13,7 @@
 
 #include "tests/localisation/a_drive.h"
 #include "tests/localisation/fix_cases.h"
+#include "tests/support/cases.h"
 
 namespace twocone::localisation {
 namespace {
@@ -93,7 +94,7 @@ TEST(PoseFilterWeak, RegionsHoldWhatTheySay) {
   double before2 = 0;
   double after2 = 0;
   int weak = 0;
-  const int wanted = cases(400);
+  const int wanted = testing_support::cases(400);
   while (weak < wanted) {
     const auto [mean, covariance] = draw.prior();
     const Eigen::Matrix3d root = covariance.llt().matrixL();
@@ -187,7 +188,7 @@ TEST(PoseFilterWeak, TwoPlacesAreNoEllipse) {
 
 // Catches a filter that would be better without weak fixes.
 TEST(PoseFilterWeak, ATrackWithThemIsBetterThanWithout) {
-  const int runs = std::max(20, cases(400) / 50);
+  const int runs = std::max(20, testing_support::cases(400) / 50);
   constexpr int kFrames = 150;  // 10 s
   double with2 = 0;
   double without2 = 0;

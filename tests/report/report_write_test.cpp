@@ -14,6 +14,7 @@
 
 #include "apps/report/page.h"
 #include "tests/report/synthetic_run.h"
+#include "tests/support/error_of.h"
 
 namespace twocone::report {
 namespace {
@@ -432,13 +433,9 @@ TEST(WriteReport, ReportsWhatCannotBeWritten) {
 TEST(WriteReport, RefusesBadArguments) {
   ReportSettings settings;
   settings.error_budget_draws = 0;
-  try {
-    (void)write_report(synthetic_run("/no/such/run", 1), settings);
-    FAIL() << "accepted them";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_THAT(error.what(), HasSubstr("error_budget_draws is 0, must be >= 1"));
-    EXPECT_THAT(error.what(), HasSubstr("/no/such/run"));
-  }
+  EXPECT_THAT(testing_support::error_of<std::invalid_argument>(
+                  [&] { (void)write_report(synthetic_run("/no/such/run", 1), settings); }),
+              testing::AllOf(HasSubstr("error_budget_draws is 0, must be >= 1"), HasSubstr("/no/such/run")));
 }
 
 }  // namespace

@@ -3,12 +3,14 @@
 
 #include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::runs {
@@ -97,13 +99,8 @@ TEST_F(OtherRobot, ThatNamesAMapOfOtherLandmarksIsRefusedWithBothNamed) {
     return temporary_.write("other.yaml", changed.replace(changed.find(key), key.size(), "map: " + map.string()));
   };
   const std::string hall = TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml";
-  try {
-    copy_run_for_robot(from_, naming(hall), to_);
-    FAIL() << "a map of another place was accepted";
-  } catch (const config::FileError& error) {
-    const std::string what = error.what();
-    EXPECT_NE(what.find(hall + " has other landmarks than " + kMap), std::string::npos) << what;
-  }
+  EXPECT_THAT(testing_support::error_of<config::FileError>([&] { copy_run_for_robot(from_, naming(hall), to_); }),
+              testing::HasSubstr(hall + " has other landmarks than " + kMap));
   EXPECT_FALSE(std::filesystem::exists(to_)) << "nothing is begun that is refused";
 
   // The same landmarks in a file of another name, and another scene: a twin's.

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/camera/light.h"
+#include "tests/support/srgb.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -25,10 +26,7 @@ double linear(double code) {
   const double c = code / 255;
   return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
-int coded(double light) {
-  const double l = std::clamp(light, 0.0, 1.0);
-  return static_cast<int>(std::lround(255 * (l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1 / 2.4) - 0.055)));
-}
+int coded(double light) { return static_cast<int>(std::lround(testing_support::coded(std::clamp(light, 0.0, 1.0)))); }
 
 std::shared_ptr<Image> grey(int width_px, int height_px, int code) {
   const std::vector<std::uint8_t> bytes(static_cast<std::size_t>(width_px * height_px * 3),

@@ -96,7 +96,6 @@ TEST_F(LinkDeaths, AKilledClientDoesNotHoldUpOthers) {
 TEST_F(LinkDeaths, AClientThatDiesInALongStepIsRemovedAtOnce) {
   TestServer server("lab");
   auto other = join_world("1");  // never asks for a step, so that the step below cannot end
-  ASSERT_TRUE(other);
   {
     RawClient client;
     client.join("2");

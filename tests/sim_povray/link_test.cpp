@@ -257,7 +257,7 @@ TEST_F(Link, AnotherVersionIsRefusedWithBothNamed) {
 void pretend_to_serve(const std::vector<server::Message>& answers, const std::function<void()>& meanwhile) {
   const auto path = value(world_socket("fake"));
   const auto listening = value(server::listen_at(path));
-  std::thread server([&] {
+  const std::jthread server([&] {
     base::UniqueFd socket;
     eventually([&] {
       socket = base::UniqueFd(::accept4(listening.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
@@ -270,7 +270,6 @@ void pretend_to_serve(const std::vector<server::Message>& answers, const std::fu
     static_cast<void>(server::receive_message(socket.get(), in(kPatience)).has_value());
   });
   meanwhile();
-  server.join();
 }
 
 TEST_F(Link, AServerOfAnotherVersionIsRefusedWithBothNamed) {

@@ -201,7 +201,8 @@ TEST_F(MirrorFinderTest, AMissingMaskIsExplained) {
     Circle circle = found[i].circle;
     circle.radius_px += kRimMargin_px;
     EXPECT_THAT(camera_mask(scene, scene.camera("lower").value(), circle, kWidth_px, kHeight_px),
-                FailsWith(ErrorCode::kRefused, HasSubstr(cases[i].why)));
+                FailsWith(ErrorCode::kRefused, HasSubstr(cases[i].why)))
+        << cases[i].camera;
   }
 }
 

@@ -21,11 +21,7 @@ milliseconds left_until(steady_clock::time_point deadline) {
   return std::max(left, milliseconds(0));
 }
 
-Frame failed(const Frame::Header& header, const Error& error) {
-  std::promise<ImageResult> promise;
-  promise.set_value(error);
-  return {header, promise.get_future().share()};
-}
+Frame failed(const Frame::Header& header, const Error& error) { return {header, ready_image(error)}; }
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/hyperboloid_mirror.h"
+#include "tests/support/error_of.h"
 
 #include <cmath>
 #include <stdexcept>
@@ -111,15 +112,10 @@ TEST(HyperboloidMirror, HasNoAnswerToWhatIsNotFinite) {
 }
 
 TEST(HyperboloidMirror, RefusesWhatIsNoHyperboloidNamingAll) {
-  try {
-    HyperboloidMirror({.half_axis_m = 0.05, .half_focal_m = 0.05, .rim_radius_m = -1});
-    FAIL() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "HyperboloidMirror: half_focal_m is 0.05 m, must be > half_axis_m, 0.05 m; rim_radius_m is -1 m, must be "
-        "> 0;");
-  }
+  EXPECT_EQ(testing_support::error_of<std::invalid_argument>(
+                [] { HyperboloidMirror({.half_axis_m = 0.05, .half_focal_m = 0.05, .rim_radius_m = -1}); }),
+            "HyperboloidMirror: half_focal_m is 0.05 m, must be > half_axis_m, 0.05 m; rim_radius_m is -1 m, must be "
+            "> 0;");
   EXPECT_THROW(HyperboloidMirror({.half_axis_m = kNaN, .half_focal_m = 0.05, .rim_radius_m = 1}),
                std::invalid_argument);
 }

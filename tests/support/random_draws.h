@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "base/random.h"
+
 namespace twocone::testing_support {
 
 /// Random numbers that are the same with every standard library. Of a standard library, the engines have this property,
@@ -17,9 +19,9 @@ class RandomDraws {
 
   /// Returns true with the given probability. Draws exactly one number for any probability, so the other faults do not
   /// shift if one fault is switched off.
-  bool happens(double chance) { return fraction() < chance; }
+  bool happens(double chance) { return base::fraction(engine_) < chance; }
 
-  double between(double low, double high) { return low + (high - low) * fraction(); }
+  double between(double low, double high) { return low + (high - low) * base::fraction(engine_); }
 
   /// Returns a number in [0, count), count > 0. The modulo's bias, count / 2^64, does not matter for a fault.
   std::uint64_t below(std::uint64_t count) { return engine_() % count; }
@@ -27,9 +29,6 @@ class RandomDraws {
   std::uint8_t byte() { return static_cast<std::uint8_t>(engine_()); }
 
  private:
-  /// Returns a number in [0, 1) of 53 random bits, the full precision of a double in that range.
-  double fraction() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-
   std::mt19937_64 engine_;
 };
 

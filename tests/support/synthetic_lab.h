@@ -12,19 +12,7 @@
 #include "vision/outline_ranging.h"
 
 /// A room with six landmarks and the lab's rig, in images with exactly known pixels (tests/support/synthetic_view.h).
-namespace twocone::vision::testing_support {
-
-using twocone::testing_support::seen_from;
-using twocone::testing_support::SyntheticBackground;
-using twocone::testing_support::SyntheticCamera;
-using twocone::testing_support::SyntheticLandmark;
-using twocone::testing_support::SyntheticScene;
-using twocone::testing_support::SyntheticShading;
-using twocone::testing_support::SyntheticStrip;
-using twocone::testing_support::SyntheticView;
-using vision::kImage;
-using vision::lab_rig;
-using vision::lab_view;
+namespace twocone::testing_support {
 
 inline SyntheticLandmark landmark(double x_m, double y_m, const Eigen::Vector3d& colour, double radius_m = 0.15) {
   return {{x_m, y_m}, radius_m, 0.9, colour};
@@ -49,12 +37,12 @@ inline std::vector<Landmark> targets_of(const std::vector<SyntheticLandmark>& la
 
 /// Both mirrors of a rig, with one background.
 struct SyntheticRig {
-  Rig rig;
+  vision::Rig rig;
   SyntheticView lower;
   SyntheticView upper;
 
-  explicit SyntheticRig(const Rig& r, const SyntheticBackground& background = {})
-      : rig(r), lower(r.lower, kImage, background), upper(r.upper, kImage, background) {}
+  explicit SyntheticRig(const vision::Rig& r, const SyntheticBackground& background = {})
+      : rig(r), lower(r.lower, vision::kImage, background), upper(r.upper, vision::kImage, background) {}
 
   struct Pair {
     cv::Mat lower, upper;
@@ -67,4 +55,4 @@ struct SyntheticRig {
   }
 };
 
-}  // namespace twocone::vision::testing_support
+}  // namespace twocone::testing_support

@@ -11,6 +11,8 @@
 
 #include <fmt/format.h>
 
+#include "tests/support/srgb.h"
+
 namespace twocone::testing_support {
 namespace {
 
@@ -81,10 +83,6 @@ double positive_share(const Five& f) {
   const double mean = (f.c00 + f.c10 + f.c01 + f.c11) / 4;
   return half_plane_share((2 * f.middle + mean) / 3, (f.c10 + f.c11 - f.c00 - f.c01) / 2,
                           (f.c01 + f.c11 - f.c00 - f.c10) / 2);
-}
-
-double coded(double linear) {
-  return 255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
 }
 
 /// sRGB codes of light, by linear interpolation between kSteps points; the error is less than 1e-3 of a code.

@@ -13,6 +13,7 @@
 #include <Eigen/Geometry>
 #include <boost/math/distributions/chi_squared.hpp>
 
+#include "tests/support/cases.h"
 #include "tests/support/error_of.h"
 #include "tests/vision/drive_among_landmarks.h"
 #include "vision/calibration/bundle.h"
@@ -177,8 +178,7 @@ TEST(Calibration, GivesTheRigItself) {
 /// Checks that the sigmas are true. The errors of the ruler are drawn again for each seed too.
 /// TWOCONE_CASES=20 is the whole (evidence.sh accuracy).
 TEST(Calibration, SigmasAreTrueOverManySeeds) {
-  const char* asked = std::getenv("TWOCONE_CASES");
-  const int seeds = asked == nullptr ? 8 : std::atoi(asked);
+  const int seeds = testing_support::cases(8);
   // The mean of the squares of a Gaussian, by chi-squared: it exceeds this once in 10,000 times.
   const double most_rms =
       std::sqrt(boost::math::quantile(boost::math::complement(boost::math::chi_squared(seeds), 1e-4)) / seeds);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/srgb.h"
 #include "tests/vision/lab_rig.h"
 
 namespace twocone::vision {
@@ -14,7 +15,7 @@ namespace {
 const std::vector<Eigen::Vector3d> kSix = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1, 1}, {1, 0, 1}, {1, 1, 0}};
 
 int label_of(const HueLabels& hues, double r, double g, double b) {
-  const auto code = [](double linear) { return double(std::lround(coded(linear))); };
+  const auto code = [](double linear) { return double(std::lround(testing_support::coded(linear))); };
   const cv::Mat pixel(1, 1, CV_8UC3, cv::Scalar(code(r), code(g), code(b)));
   return hues.label(pixel).at<std::uint8_t>(0, 0);
 }

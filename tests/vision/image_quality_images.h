@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "tests/support/srgb.h"
 #include "tests/vision/lab_rig.h"
 #include "vision/image_quality.h"
 
@@ -98,7 +99,7 @@ inline cv::Mat taken(const cv::Mat& light, const Camera& camera, std::uint64_t s
         const double mean = seen(row, column)[i] * camera.gain * (1 - camera.vignetting * rho * rho);
         const double sigma = std::sqrt(camera.shot * mean + camera.read * camera.read);
         const double value = std::clamp(mean + sigma * normal(row, column)[i], 0., 1.);
-        rgb(row, column)[i] = std::uint8_t(std::lround(coded(value)));
+        rgb(row, column)[i] = std::uint8_t(std::lround(testing_support::coded(value)));
       }
     }
   }

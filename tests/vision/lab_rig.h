@@ -51,9 +51,4 @@ struct Solid {
   }
 };
 
-/// The sRGB code, not rounded, of linear light (IEC 61966-2-1).
-inline double coded(double linear) {
-  return 255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
-}
-
 }  // namespace twocone::vision

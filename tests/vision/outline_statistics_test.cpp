@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "localisation/least_squares_fix.h"
+#include "tests/support/srgb.h"
 #include "tests/support/synthetic_lab.h"
 #include "tests/vision/lab_rig.h"
 #include "vision/bound.h"
@@ -38,7 +39,7 @@ double edge_noise_px(const Eigen::Vector3d& inside, double outside) {
   double information = 0;
   for (int channel = 0; channel < 3; ++channel) {
     for (int i = 0; i < kSteps; ++i) {
-      const auto code = [&](double c) { return coded(outside + c * (inside[channel] - outside)); };
+      const auto code = [&](double c) { return testing_support::coded(outside + c * (inside[channel] - outside)); };
       const double slope = (code((i + 1.0) / kSteps) - code(double(i) / kSteps)) * kSteps;
       information += slope * slope / kSteps;
     }

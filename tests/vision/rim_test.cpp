@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/srgb.h"
 #include "tests/vision/lab_rig.h"
 
 namespace twocone::vision {
@@ -141,7 +142,7 @@ cv::Mat draw(const Drawing& d) {
         const double mirror = 0.2 + (std::sin(8 * angle) + 0.3 * std::sin(3 * angle) > 0 ? 0.15 : 0);
         sum += from.norm() < d.rim_px ? mirror : d.black_outside && from.norm() > d.rim_px + 6 ? 0 : 0.7;
       }
-      const auto grey = std::uint8_t(std::lround(coded(sum / (d.rays * d.rays))));
+      const auto grey = std::uint8_t(std::lround(testing_support::coded(sum / (d.rays * d.rays))));
       rgb.at<cv::Vec3b>(row, column) = {grey, grey, grey};
     }
   }

@@ -63,7 +63,7 @@ std::optional<Eigen::Vector3d> start_pose(const Rig& rig, const std::vector<Land
   std::vector<Match> matches;
   for (const LandmarkSighting& s : frame.sightings) {
     const Landmark& landmark = landmarks[s.landmark];
-    const MirrorView& view = s.side == Side::kLower ? rig.lower : rig.upper;
+    const MirrorView& view = of_view(rig, s.side);
     const auto ray = view.back_project(s.sighting.pixel_px);
     const auto place = ray ? axis_at_height(view, *ray, landmark.radius_m, landmark.top_m) : std::nullopt;
     if (place) matches.push_back({s.landmark, *place, place_m(landmark)});
@@ -261,10 +261,10 @@ Bundle bundle_of(const CalibrationProblem& problem) {
       row.late_s = s.late_s;
       row.pixel_px = s.sighting.pixel_px;
       row.whitener = factor.triangularView<Eigen::Lower>().solve(Eigen::Matrix2d::Identity());
-      const MirrorView& view = s.side == Side::kLower ? problem.rig.lower : problem.rig.upper;
+      const MirrorView& view = of_view(problem.rig, s.side);
       const Eigen::Vector2d from_tip = s.sighting.pixel_px - view.settings().centre_px;
       const auto ring = std::size_t(std::min(from_tip.norm() / view.settings().rim_radius_px * kRings, kRings - 1.0));
-      const std::size_t view_index = s.side == Side::kLower ? 0 : 1;
+      const auto view_index = std::size_t(s.side);
       const int height_px = problem.height_px[view_index];
       if (height_px > 1) row.readout_share = s.sighting.pixel_px.y() / (height_px - 1) - 0.5;
       const std::size_t group = 2 * s.landmark + view_index;

@@ -13,7 +13,8 @@ namespace twocone::vision::image_quality {
 
 /// Checks an image and a region. @throws std::invalid_argument as image_quality.h states; `function` begins the message
 inline void check(const char* function, const cv::Mat& rgb, const ImageRegion& region) {
-  if (rgb.type() != CV_8UC3 || rgb.empty()) throw base::InvalidArgument("{}: wants an image of r g b", function);
+  if (rgb.type() != CV_8UC3 || rgb.empty())
+    throw base::InvalidArgument("{}: the image must be of type CV_8UC3 (r g b)", function);
   if (!(region.radius_px > 0) || !std::isfinite(region.radius_px) || !region.centre_px.allFinite() ||
       !(region.inner >= 0) || !(region.outer > region.inner) || !(region.outer <= 1)) {
     throw base::InvalidArgument(

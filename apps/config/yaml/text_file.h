@@ -6,6 +6,9 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "base/errors.h"
 
@@ -16,6 +19,13 @@ namespace twocone::config {
 struct FileError : base::FormattedError {
   using Formatted::Formatted;
 };
+
+/// @throws FileError always, about one line of a file: "FILE:LINE: WHAT"
+template <typename... Values>
+[[noreturn]] void refuse_line(const std::filesystem::path& file, std::size_t line, fmt::format_string<Values...> what,
+                              Values&&... values) {
+  throw FileError("{}:{}: {}", file.string(), line, fmt::format(what, std::forward<Values>(values)...));
+}
 
 /// Returns the content of a regular file, byte for byte.
 /// @throws FileError with one line: the file does not exist, is a folder, is not a regular file (a pipe could block for

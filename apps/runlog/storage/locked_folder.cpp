@@ -132,7 +132,7 @@ void NewFolder::clear() const {
 
 namespace {
 
-// The names in a run folder besides kResultFiles and the cameras' folders, with those that `report` and `compare
+// The names in a run folder other than kResultFiles and the cameras' folders, with those that `report` and `compare
 // --scene` add.
 constexpr std::array kRunFiles{"run.yaml",  "run.log",           "frames.csv",       "drive.csv",
                                "truth.tum", "odometry.tum",      RunLock::kFileName, "report.html",

@@ -53,12 +53,6 @@ double nanoradians(double heading_rad) {
   return std::clamp(std::round(heading_rad * 1e9) / 1e9, -kMost_rad, kMost_rad);
 }
 
-template <typename... Values>
-[[noreturn]] void refuse(const std::filesystem::path& file, std::size_t line, fmt::format_string<Values...> what,
-                         Values&&... values) {
-  throw config::FileError("{}:{}: {}", file.string(), line, fmt::format(what, std::forward<Values>(values)...));
-}
-
 }  // namespace
 
 std::string to_field(const std::string& text) {
@@ -156,7 +150,7 @@ TableReader<Row>::TableReader(const std::filesystem::path& file) : file_(file) {
   if (*first == all) return;
   if (all.starts_with(*first + ','))
     missing_ = std::size_t(std::count(all.begin() + std::ssize(*first), all.end(), ','));
-  if (!is_older<Row>(missing_)) refuse(file, 1, "the first line must be {}", all);
+  if (!is_older<Row>(missing_)) config::refuse_line(file, 1, "the first line must be {}", all);
 }
 
 template <typename Row>
@@ -168,14 +162,15 @@ std::optional<Row> TableReader<Row>::next() {
   auto columns = Columns<Row>::of(row);
   constexpr std::size_t kCount = std::tuple_size_v<decltype(columns)>;
   const std::size_t count = kCount - missing_;
-  if (fields.size() != count) refuse(file_, lines_->number(), "has {} fields, must have {}", fields.size(), count);
+  if (fields.size() != count)
+    config::refuse_line(file_, lines_->number(), "has {} fields, must have {}", fields.size(), count);
   fields.resize(kCount);
   std::size_t at = 0;
   std::apply(
       [&](auto&... column) {
         const auto take = [&](auto& value) {
           if (!parse_field(fields[at], value)) {
-            refuse(file_, lines_->number(), "field {} is '{}', must be a number", at + 1, fields[at]);
+            config::refuse_line(file_, lines_->number(), "field {} is '{}', must be a number", at + 1, fields[at]);
           }
           ++at;
         };
@@ -214,11 +209,12 @@ std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
     for (std::size_t begin = 0; begin < line->size();) {
       const std::size_t end = std::min(line->find(' ', begin), line->size());
       if (end > begin && !parse_field(line->substr(begin, end - begin), v.emplace_back())) {
-        refuse(file, lines.number(), "'{}' is no number", line->substr(begin, end - begin));
+        config::refuse_line(file, lines.number(), "'{}' is no number", line->substr(begin, end - begin));
       }
       begin = end + 1;
     }
-    if (v.size() != 8) refuse(file, lines.number(), "has {} numbers, must have 8: t tx ty tz qx qy qz qw", v.size());
+    if (v.size() != 8)
+      config::refuse_line(file, lines.number(), "has {} numbers, must have 8: t tx ty tz qx qy qz qw", v.size());
     // The rotation may also have a small roll and pitch. The heading is the angle about z.
     const double heading = std::atan2(2 * (v[7] * v[6] + v[4] * v[5]), 1 - 2 * (v[5] * v[5] + v[6] * v[6]));
     rows.push_back({v[0], v[1], v[2], nanoradians(heading)});

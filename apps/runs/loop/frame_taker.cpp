@@ -83,8 +83,7 @@ Status FaultPolicy::failed(std::uint64_t frame, const Error& error) {
   const bool begins = !since_;
   if (begins) since_ = now;
   if (now - *since_ >= patience_) {
-    return Error{error.code,
-                 fmt::format("{}, and so it stayed for {} s", what, std::chrono::duration<double>(patience_).count())};
+    return Error(error.code, "{}, and so it stayed for {} s", what, std::chrono::duration<double>(patience_).count());
   }
   base::Logger("run").warning(what + "; tried again");
   const bool ends = error.code != ErrorCode::kBadData;

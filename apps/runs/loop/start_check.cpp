@@ -41,7 +41,7 @@ Result<std::optional<std::string>> compare_start(const config::Robot& robot, con
       "{}: start is ({:.3f}, {:.3f}) m, heading {:.2f} degrees, but the scene shows the robot at {}: {} apart", place,
       start.x_m, start.y_m, degrees(start.heading_rad), shown, apart);
   if (apart_m > robot.body_radius_m) {
-    return Error(ErrorCode::kRefused, "{}, more than body.radius_m of {} m: say in start where the scene shows it",
+    return Error(ErrorCode::kRefused, "{}, more than body.radius_m of {} m: set start to where the scene shows it",
                  warning, robot.body_radius_m);
   }
   return std::optional(std::move(warning));
@@ -91,7 +91,7 @@ std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& l
     } else if (std::abs(rim->radius_px - rig->rim_radius_px) > kRimWarning_px ||
                (rim->centre_px - centre).norm() > kRimWarning_px) {
       warnings.push_back(fmt::format(
-          "warning: the {} mirror's rim is seen at centre ({:.1f}, {:.1f}) px with radius {:.1f} px, but rig.{} says "
+          "warning: the {} mirror's rim is seen at centre ({:.1f}, {:.1f}) px with radius {:.1f} px, but rig.{} states "
           "({:.1f}, {:.1f}) and {:.1f}: ranges will be wrong; correct the robot file",
           view, rim->centre_px.x(), rim->centre_px.y(), rim->radius_px, view, centre.x(), centre.y(),
           rig->rim_radius_px));

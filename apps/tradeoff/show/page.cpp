@@ -191,8 +191,8 @@ std::string caption_of(const Sweep& sweep, const Plane& plane) {
   return text + " Point at a mark, or select it with Tab and the arrow keys, to see its setting.";
 }
 
-/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML. @param images
-/// HTML. @param choice shown with its reason; may be null
+/// Returns index.html: one page that needs no other file. It is UTF-8 and well-formed XML.
+/// @param images HTML. @param choice shown with its reason; may be null
 std::string page(const Sweep& sweep, std::string_view images, const Choice* choice) {
   const std::string title = fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed);
   std::string main = html::text("h1", title) + html::text("p", headline(sweep), "class=\"headline\"");

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "base/errors.h"
+#include "base/random.h"
 #include "drivers/sim_povray/camera/light.h"
 
 namespace twocone::sim_povray {
@@ -84,7 +85,7 @@ struct Draws {
   [[nodiscard]] bool happens(double probability, CameraPurpose purpose) const {
     if (probability <= 0) return false;
     std::mt19937_64 random = engine(purpose);
-    return uniform(random) < probability;
+    return base::fraction(random) < probability;
   }
 };
 

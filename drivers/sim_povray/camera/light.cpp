@@ -237,8 +237,6 @@ std::mt19937_64 camera_engine(std::uint64_t seed, CameraPurpose purpose, std::st
   return std::mt19937_64(words);
 }
 
-double uniform(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
-
 void add_shot_noise(Light& light, double full_well_electrons, Normal normal) {
   const auto one_electron = static_cast<float>(full_well_electrons > 0 ? 1 / full_well_electrons : 0);
   for (float& value : light.values) {

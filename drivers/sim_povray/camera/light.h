@@ -60,9 +60,6 @@ enum class CameraPurpose : std::uint32_t { kShotNoise = 101, kReadNoise = 102, k
 [[nodiscard]] std::mt19937_64 camera_engine(std::uint64_t seed, CameraPurpose purpose, std::string_view camera,
                                             std::uint64_t step);
 
-/// Returns a number in [0, 1), made of 53 random bits.
-[[nodiscard]] double uniform(std::mt19937_64& engine);
-
 /// Standard normal deviates, identical with every standard library, unlike std::normal_distribution (libstdc++'s also
 /// takes twice as long as a ziggurat). Boost's distribution is a ziggurat with constant tables.
 class Normal {

@@ -24,6 +24,8 @@ struct MirrorSight {
 
 /// Pixels beyond the rim that are still rendered: the rim finder and people need the rim's surroundings.
 constexpr double kRimMargin_px = 6;
+/// Depth of the teeth of a mask's edge, camera_mask().
+constexpr double kMaskTeeth_px = 8;
 
 /// Finds the mirror with the help of POV-Ray alone, by the pixels that reflect. Returns nothing if the view has no
 /// mirror. Takes up to four short renderings (about a second); ends early when `stop_fd` becomes readable (-1: never).
@@ -49,7 +51,6 @@ Result<CameraVectors> camera_vectors(const Scene& scene, const NamedBlock& camer
 /// length of `direction`; `look_at` turns all three; then come the transformations).
 ///
 /// Errors: kRefused: as camera_vectors(); or the circle leaves nothing to hide.
-constexpr double kMaskTeeth_px = 8;
 Result<std::string> camera_mask(const Scene& scene, const NamedBlock& camera, const Circle& circle, int width_px,
                                 int height_px);
 

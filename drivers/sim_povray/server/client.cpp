@@ -82,7 +82,7 @@ class RemoteSession final : public RobotSession {
     base::UniqueFd file;
     const auto configured = ask_for<ViewConfigured>(ConfigureView{view, settings}, in(kReplyTime), &file);
     if (!configured) return configured.error();
-    const auto bytes = std::uint64_t(settings.width_px) * std::uint64_t(settings.height_px) * 3;
+    const std::uint64_t bytes = *image_bytes(PixelFormat::kRgb8, settings.width_px, settings.height_px);
     if (configured->slots == 0 || configured->slots > kMaxSlots || configured->slot_bytes != bytes ||
         view >= views_.size()) {
       return nonsense("shared memory");

@@ -143,7 +143,7 @@ class Conversation {
       return refusal(
           fmt::format("images of {} x {} pixels: {} a side are the most", size.width_px, size.height_px, kMaxSide_px));
     }
-    const auto slot_bytes = std::uint64_t(size.width_px) * std::uint64_t(size.height_px) * 3;
+    const std::uint64_t slot_bytes = *image_bytes(PixelFormat::kRgb8, size.width_px, size.height_px);
     auto frames = SharedFrames::allocate(slots_, slot_bytes);
     if (!frames) return reply_with(frames.error());
     if (auto configured = session_->configure_view(request.view, size); !configured) return reply_with(configured);

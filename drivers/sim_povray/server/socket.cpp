@@ -20,6 +20,7 @@
 
 #include <fmt/format.h>
 
+#include "base/child_process.h"
 #include "drivers/sim_povray/server/server.h"
 #include "hal/clock.h"
 
@@ -47,12 +48,11 @@ base::UniqueFd make_socket() {
 /// Waits until the socket is ready; returns false at the deadline.
 bool wait_for(int socket, short events, SteadyTime deadline) {
   while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-    const auto wait = std::clamp(left, std::chrono::milliseconds(0), std::chrono::milliseconds(kLongestWait));
+    const int wait_ms = base::milliseconds_until(deadline);
     pollfd entry{socket, events, 0};
-    const int ready = ::poll(&entry, 1, static_cast<int>(wait.count()));
+    const int ready = ::poll(&entry, 1, wait_ms);
     if (ready > 0) return true;  // also when the peer has hung up: the next call reports it
-    if (ready == 0 && left.count() <= 0) return false;
+    if (ready == 0 && wait_ms == 0) return false;
   }
 }
 

@@ -75,7 +75,7 @@ struct FloorImpulse {
 /// The solution has a closed form if both wheels grip; otherwise accelerated projected gradient steps (Nesterov's,
 /// restarted where they go uphill) lead to it, down to 1e-12 of the greatest impulse, 1000 at most. The result is
 /// within 1e-6 of the greatest impulse of the true minimum, for separations from half to twenty times the body's radius
-/// (physics_test.cpp, WheelImpulsesMinimiseSliding and WheelImpulsesMeetTheConditionsOfTheMinimum).
+/// (wheels_test.cpp, WheelImpulsesMinimiseSliding and WheelImpulsesMeetTheConditionsOfTheMinimum).
 FloorImpulse wheel_impulse(const WheelFriction& wheels, const FloorVelocity& before, const GroundSpeeds& rims,
                            double dt_s);
 
