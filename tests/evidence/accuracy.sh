@@ -104,10 +104,12 @@ row "sigmas of the calibration over 20 seeds" "$(tests_of sigmas)" "all pass" "$
 smooth='s|rate_hz: 15}|rate_hz: 15, antialias: 3}|'
 
 # A POV-Ray that is first in PATH for the renderings "am2": the same program, with the flags for smoothing that the requirement
-# states (+A0.1 +AM2 +R3) in place of the simulator's (+A0.03 +AM1 +R3 -J).
+# states (+A0.1 +AM2 +R3) in place of the simulator's (+A0.03 +AM1 +R3 -J). The simulator lets POV-Ray run and read only what is
+# listed, and write nothing. LD_LIBRARY_PATH adds the folder of bash and of the real POV-Ray to the list, and the process table shows
+# the flags.
 mkdir -p "$work/am2"
 cat >"$work/am2/povray" <<END
-#!/usr/bin/env bash
+#!/bin/bash
 arguments=()
 for argument in "\$@"; do
   case \$argument in
@@ -117,8 +119,7 @@ for argument in "\$@"; do
     *) arguments+=("\$argument") ;;
   esac
 done
-printf '%s\n' "\${arguments[*]}" >>"$work/am2.arguments"
-exec "$(command -v povray)" "\${arguments[@]}"
+exec -a "\$0" "$(command -v povray)" "\${arguments[@]}"
 END
 chmod +x "$work/am2/povray"
 
@@ -172,7 +173,14 @@ for room in lab hall workshop; do
     of_room "$room" "$rendering" "$frames"
   done
   if [ "$room" = lab ]; then
-    with_am2() { PATH="$work/am2:$PATH" "$@"; }
+    with_am2() {
+      (while sleep 1; do ps -ww -eo pid,args | grep "^ *[0-9]* $work/am2/povray " >>"$work/am2.arguments"; done) &
+      local sampler=$! status=0
+      LD_LIBRARY_PATH=/usr/bin PATH="$work/am2:$PATH" "$@" || status=$?
+      kill "$sampler"
+      sort -u -o "$work/am2.arguments" "$work/am2.arguments"
+      return "$status"
+    }
     once lab_am2 with_am2 "$twocone" run --robot "$work/lab_smooth.yaml" --frames "$lab_frames" --seed 1 --method outline --out "$work/lab_am2"
     of_room lab am2 "$lab_frames"
     row "lab, am2: images rendered with +A0.1 +AM2 +R3" "$(grep -c -e '+A0.1 +AM2 +R3' "$work/am2.arguments" || true) POV-Ray processes with these flags, $(grep -c -e '+A0.03' -e '+AM1' "$work/am2.arguments" || true) with others" "all of them" "$(if grep -q -e '+A0.1 +AM2 +R3' "$work/am2.arguments" && ! grep -q -e '+A0.03' -e '+AM1' "$work/am2.arguments"; then echo yes; else echo no; fi)"
