@@ -12,7 +12,7 @@ int main(int argc, char** argv) try {
     const auto frame = robot->next_frame(5s);  // in simulation this advances the world by one frame
     const auto report = localiser.update(*frame);
     for (const auto& range : report->ranges)
-      std::printf("%s %.3f m, ", range.landmark.c_str(), range.range_m.value_or(0));
+      if (range.range_m) std::printf("%s %.3f m, ", range.landmark.c_str(), *range.range_m);
     if (const auto& pose = report->fix.pose) std::printf("at (%.3f, %.3f) m\n", pose->x_m, pose->y_m);
     if (!robot->set_velocity({.forward_mps = 0.2, .turn_radps = 0.25})) return 1;
   }

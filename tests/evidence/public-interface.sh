@@ -18,7 +18,7 @@ step build build_from_package
 lines=$(sed -n '/^int main/,/^} catch/p' examples/controller/controller.cpp | sed '1d;$d' | grep -cvE '^ *(//.*)?$')
 row "code lines of the controller's main, with ranges, fixes and the drive" "$lines" "about 15" "$(holds "$lines <= 17")"
 step controller "$work/controller/controller" "$installed/share/twocone/robots/lab_sim.yaml"
-frames=$(grep -c '^red .* at (' "$work/controller.log" || true)
+frames=$(grep -c ' m, at (' "$work/controller.log" || true)
 row "controller: frames with ranges and a position, of 60" "$frames" "at least 57" "$(holds "$frames >= 57")"
 step waypoints "$work/waypoints/waypoints" "$installed/share/twocone/robots/lab_sim.yaml" 300
 off=$(sed -n 's/^off the path: rms \([0-9.]*\) mm.*/\1/p' "$work/waypoints.log")
