@@ -18,6 +18,13 @@ for suite in bookworm trixie; do
     row "$what: \`./test.sh\`" "${tests:-not run}${tests_again:+; again $tests_again}${tests:+; $(grep -E 'tests passed' "$work/$name.log" | tail -n 1)}" "passes" \
       "$(passed "$name")"
     if [ "$compiler" = clang++ ]; then continue; fi
+    # A fused multiplication or another library may round otherwise, so the figures of README are those of its own compiler.
+    if [ "$suite" = bookworm ]; then
+      sed -n '/^begin demo/,/^end demo/p' "$work/$name.log" >"$work/$name.demo"
+      sed -n '/^```text/,/^```/p' README.md | grep -v '^```' | grep . >"$work/README.lines"
+      printed=$(grep -cxFf "$work/$name.demo" "$work/README.lines" || true)
+      row "$what: lines of README's table that \`./demo.sh\` prints" "$printed of $(wc -l <"$work/README.lines")" "all" "$(holds "$printed == $(wc -l <"$work/README.lines")")"
+    fi
     step "deb_$suite" tests/evidence/deb.sh "$suite" "$packages"
     row "the package built on $suite, on a fresh $suite" "$(grep -c '^row .*yes$' "$work/deb_$suite.log") rows met, $(grep -c '^row .*no$' "$work/deb_$suite.log") not" "all" "$(passed "deb_$suite")"
   done
