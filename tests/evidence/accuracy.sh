@@ -97,8 +97,8 @@ row "hard cases of the fix" "$(tests_of fix_hard_cases)" "all pass" "$(tested fi
 step numerics env TWOCONE_CASES=2000 build/release/tests/numerics/numerics_test
 row "hard cases against exact and 50-digit arithmetic, properties, degenerate input" "$(tests_of numerics)" "all pass" "$(tested numerics)"
 
-step sigmas env TWOCONE_CASES=20 build/release/tests/vision/vision_test --gtest_filter='Calibration.SigmasAreTrueOverManySeeds:CalibrationTiming.FindsNothingWhereNothingIsOverTwentySeeds'
-row "sigmas of the calibration over 20 seeds" "$(tests_of sigmas)" "all pass" "$(tested sigmas)"
+step calibration_sigmas env TWOCONE_CASES=20 build/release/tests/vision/vision_test --gtest_filter='Calibration.SigmasAreTrueOverManySeeds:CalibrationTiming.FindsNothingWhereNothingIsOverTwentySeeds'
+row "sigmas of the calibration over 20 seeds" "$(tests_of calibration_sigmas)" "all pass" "$(tested calibration_sigmas)"
 
 # ------------------------------------------------------------------- rooms ----
 smooth='s|rate_hz: 15}|rate_hz: 15, antialias: 3}|'
