@@ -38,6 +38,7 @@ endif()
 # Catches a check that looks in the wrong place and reports nothing.
 execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_CURRENT_LIST_DIR} -P ${check}
                 RESULT_VARIABLE result ERROR_VARIABLE report OUTPUT_QUIET TIMEOUT 60)
+string(REGEX REPLACE "[ \n]+" " " report "${report}")  # CMake breaks the lines of a message where the tree's path ends
 if(result EQUAL 0 OR NOT report MATCHES "no include was found")
   message(FATAL_ERROR "a folder without sources passed, or failed for another reason:\n${report}")
 endif()
