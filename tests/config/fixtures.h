@@ -5,11 +5,13 @@
 #include <ostream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/node/node.h>
 
+#include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
@@ -22,6 +24,16 @@ inline std::filesystem::path data(const std::string& name) {
 }
 
 inline std::string good_robot_text() { return read_text(data("good_robot.yaml")); }
+
+/// The things that data/good_map.yaml lets move, written out.
+inline std::vector<Moving> moving_in_good_map() {
+  return {{.name = "cart_2",
+           .path_m = {{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}},
+           .speed_mps = 0.23,
+           .loop = true,
+           .radius_m = 0.19},
+          {.name = "cat", .path_m = {{-1.2, 2.1}, {-0.3, 2.2}}, .speed_mps = 0.6, .radius_m = 0.11}};
+}
 
 /// Reads the text as a file robot.yaml in the current folder.
 inline Robot parsed_robot(const std::string& text) { return parse_robot(parse_yaml(text, "robot.yaml"), "robot.yaml"); }

@@ -27,12 +27,7 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
       {.name = "red", .colour = {0.9, 0.1, 0.05}, .x_m = -1.9, .y_m = 0.7, .radius_m = 0.08, .top_m = 0.95},
       {.name = "green", .colour = {0, 1, 0}, .x_m = 2.3, .y_m = -1.1, .radius_m = 0.11, .top_m = 1.05}};
   wanted.obstacles = {Polygon{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}, Disc{{1.2, -0.8}, 0.25}};
-  wanted.moving = {{.name = "cart_2",
-                    .path_m = {{0.2, -1.1}, {1.7, -1.3}, {1.1, 0.4}},
-                    .speed_mps = 0.23,
-                    .loop = true,
-                    .radius_m = 0.19},
-                   {.name = "cat", .path_m = {{-1.2, 2.1}, {-0.3, 2.2}}, .speed_mps = 0.6, .radius_m = 0.11}};
+  wanted.moving = moving_in_good_map();
   wanted.effects = {.shadows = false, .photons = false, .reflection_depth = 3};
 
   const Map map = read_map(file);

@@ -178,7 +178,7 @@ TEST(ToPlace, HasEveryThingOfTheMap) {
                    {"landmark green", Disc{{2.3, -1.1}, 0.11}},
                    {"obstacle 1", sim_povray::Outline{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}},
                    {"obstacle 2", Disc{{1.2, -0.8}, 0.25}}};
-  wanted.moving = good_map().moving;
+  wanted.moving = moving_in_good_map();
   wanted.switches = {.shadows = false, .photons = false, .reflection_depth = 3};
   EXPECT_EQ(all_of(to_place(good_map())), all_of(wanted));
 }

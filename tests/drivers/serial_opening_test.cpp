@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the settings of a drive and its opening refuse, and in which words. These tests measure no time.
 #include <algorithm>
+#include <chrono>
+#include <memory>
 #include <numbers>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
