@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Breaks one formula after another in a copy of the sources, expects the named test to fail, and prints a table of
-# "caught" or
-# "SURVIVED" for mutants.txt. Ends with 1 if one survives, with 2 if a line of the list is wrong or the unbroken tests
-# fail.
+# Breaks one formula after another in a copy of the sources, expects the named test to fail, and prints "caught" or "SURVIVED"
+# for each line of mutants.txt. Ends with 1 if one survives, with 2 if a line of the list is wrong or the unbroken tests fail.
 #   tests/numerics/mutants.sh [WORD]     WORD: only the lines of the list that contain it
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -41,7 +39,7 @@ while IFS= read -r line; do
     rest=${rest#*' | '}
   done
   parts+=("$rest")
-  [ "${#parts[@]}" = 4 ] || fail "$list:$number: ${#parts[@]} parts, wanted FILE | OLD | NEW | TEST [FILTER]"
+  [ "${#parts[@]}" = 4 ] || fail "$list:$number: ${#parts[@]} parts, expected FILE | OLD | NEW | TEST [FILTER]"
   [ -f "$work/source/${parts[0]}" ] || fail "$list:$number: there is no ${parts[0]}"
   text=$(cat "$work/source/${parts[0]}")
   after=${text#*"${parts[1]}"}
