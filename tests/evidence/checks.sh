@@ -30,9 +30,7 @@ row ".ci/run, after ./test.sh in the same clone" "$(minutes "$ci_s"): $(sed -n '
 
 # found STEP PATTERN: how many lines of the step's output match, or that it was not run
 found() { if [ "$(status_of "$1")" = "not run" ]; then echo "not run"; else grep -cE "$2" "$work/$1.log" || true; fi; }
-tests_of() {
-  if [ "$(status_of "$1")" = "not run" ]; then echo "not run"; else sed -n 's/^\([0-9]*% tests passed.*\)/\1/p' "$work/$1.log" | tail -n 1; fi
-}
+tests_of() { grep -oE '^[0-9]+% tests passed.*' "$work/$1.log" | tail -n 1 || status_of "$1"; }
 for preset in dev release asan tsan; do
   no_skips=""
   [ "$preset" != dev ] || no_skips=--no-skips
@@ -42,7 +40,7 @@ done
 for sanitizer in address,undefined thread; do
   preset=$([ "$sanitizer" = thread ] && echo tsan || echo asan)
   reports=$(found "preset_$preset" 'ERROR: AddressSanitizer|runtime error:|WARNING: ThreadSanitizer')
-  row "reports of -fsanitize=$sanitizer" "$reports" 0 "$(if [ "$reports" = 0 ]; then echo yes; else echo no; fi)"
+  row "reports of -fsanitize=$sanitizer" "$reports" 0 "$(holds "\"$reports\" == \"0\"")"
 done
 step clang bash -c 'cmake --preset release -B build/clang -DCMAKE_CXX_COMPILER=clang++ -DTWOCONE_BUILD_BENCHMARKS=OFF && cmake --build build/clang'
 row "errors when $(clang++ --version | head -n 1) compiles everything" "$(found clang 'error:')" 0 "$(passed clang)"

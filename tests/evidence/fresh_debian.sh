@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs ./demo.sh twice and ./test.sh (with g++ also twice) in a fresh clone, on a Debian with only the packages of debootstrap's
 # smallest variant.
-#   tests/evidence/fresh_debian.sh [SUITE [COMPILER [DIR]]]
-# SUITE is bookworm (default) or trixie; COMPILER is g++ (default) or clang++. The script writes to DIR the Debian package that was
+#   tests/evidence/fresh_debian.sh SUITE COMPILER [DIR]
+# SUITE is bookworm or trixie; COMPILER is g++ or clang++. The script writes to DIR the Debian package that was
 # built there and twocone.sha256, the checksum of the program inside.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-suite=${1:-bookworm}
-compiler=${2:-g++}
+suite=$1
+compiler=$2
 out=${3:-}
 export CXX=$compiler
 . tests/evidence/debian_tree.sh
