@@ -63,15 +63,6 @@ struct SceneCalls {
   [[nodiscard]] const Call* find(Feature feature) const;
 };
 
-/// The content of an included file.
-struct IncludedFile {
-  std::string path;
-  std::string text;
-  bool is_folder = false;
-};
-/// Returns the file for the name in an `#include`; nothing: there is no such file.
-using IncludeReader = std::function<std::optional<IncludedFile>(const std::string& name)>;
-
 /// Reads the tokens of the scene, and of the files that it includes and may read, without evaluating them. Included
 /// files are searched for where `access` states, and beside files that are already included. Text in a comment, a
 /// string or a branch that a literal `#if (0)` excludes does not count; neither does a declaration or macro that live

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -73,6 +74,15 @@ class Lexer {
 enum class SectionKind { kIf, kSwitch, kLoop, kMacro };
 /// Returns the kind of section that a directive begins: `ifdef` begins a kIf. Nothing: it begins none.
 std::optional<SectionKind> section_begun_by(std::string_view directive);
+
+/// The content of an included file.
+struct IncludedFile {
+  std::string path;
+  std::string text;
+  bool is_folder = false;
+};
+/// Returns the file for the name in an `#include`; nothing: there is no such file.
+using IncludeReader = std::function<std::optional<IncludedFile>(const std::string& name)>;
 
 enum class Truth { kFalse, kTrue, kUnknown };
 

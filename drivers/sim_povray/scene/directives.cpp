@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/scene/evaluation.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+using Kind = Token::Kind;
+
+/// POV-Ray's own limit for includes. Macros that call themselves end here; no scene of a person comes near.
+constexpr std::size_t kMostInputs = 100;
+constexpr std::size_t kMostIncludes = 32;
+/// The largest example scenes read a few million tokens.
+constexpr std::size_t kMostTokens = 20'000'000;
+constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
+
+}  // namespace
+
+void Evaluation::fail(const std::string& why) const {
+  throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, line_, why)};
+}
+
+void Evaluation::unsupported(const Token& token, std::string_view where) const {
+  const std::string what = token.kind == Kind::kEnd ? "the end of the text" : fmt::format("'{}'", token.text);
+  throw EvaluationError{fmt::format("{}:{}: {} {}", inputs_.back().file->path, token.place.line, what, where)};
+}
+
+Token Evaluation::raw() {
+  if (++tokens_ > kMostTokens) fail(fmt::format("the scene has more than {} tokens to evaluate", kMostTokens));
+  while (true) {
+    if (auto& pushed = inputs_.back().pushed) return *std::exchange(pushed, std::nullopt);
+    Token token;
+    try {
+      token = inputs_.back().lexer.next();
+    } catch (const SceneError& error) {
+      throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, error.place.line, error.message)};
+    }
+    line_ = token.place.line;
+    if (token.kind != Kind::kEnd || inputs_.size() == 1) return token;
+    if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
+    inputs_.pop_back();
+  }
+}
+
+void Evaluation::put_back(const Token& token) {
+  if (token.is('{')) --braces_;
+  if (token.is('}')) ++braces_;
+  inputs_.back().pushed = token;
+}
+
+Token Evaluation::next() {
+  while (true) {
+    const Token token = raw();
+    switch (token.kind) {
+      case Kind::kName:
+        continue;
+      case Kind::kDirective:
+        directive(token);
+        continue;
+      case Kind::kWord:
+        if (const auto* macro = find_as<Macro>(token.text)) {
+          call_macro(Macro(*macro));
+          continue;
+        }
+        return token;
+      default:
+        if (token.is('{')) ++braces_;
+        if (token.is('}')) --braces_;
+        return token;
+    }
+  }
+}
+
+Token Evaluation::peek() {
+  const Token token = next();
+  put_back(token);
+  return token;
+}
+
+char Evaluation::peek_symbol() {
+  while (true) {
+    const Token token = raw();
+    if (token.kind == Kind::kName) continue;
+    if (token.kind == Kind::kDirective && token.text == "end" && !inputs_.back().sections.empty() &&
+        inputs_.back().sections.back().kind == SectionKind::kMacro) {
+      end_section(token);
+      continue;
+    }
+    inputs_.back().pushed = token;
+    return token.kind == Kind::kSymbol ? token.text.front() : '\0';
+  }
+}
+
+bool Evaluation::peek_word(std::string_view word) {
+  (void)peek_symbol();
+  const auto& token = inputs_.back().pushed;
+  return token && token->kind == Kind::kWord && token->text == word;
+}
+
+bool Evaluation::accept(char symbol) {
+  if (!peek().is(symbol)) return false;
+  (void)next();
+  return true;
+}
+
+bool Evaluation::accept(std::string_view word) {
+  const Token token = peek();
+  if (token.kind != Kind::kWord || token.text != word) return false;
+  (void)next();
+  return true;
+}
+
+void Evaluation::expect(char symbol) {
+  const Token token = next();
+  if (!token.is(symbol)) unsupported(token, fmt::format("stands where '{}' is expected", symbol));
+}
+
+const Value* Evaluation::find(std::string_view name) const {
+  for (auto input = inputs_.rbegin(); input != inputs_.rend(); ++input) {
+    const auto found = input->locals.find(name);
+    if (found != input->locals.end()) return &found->second;
+  }
+  const auto found = globals_.find(name);
+  return found == globals_.end() ? nullptr : &found->second;
+}
+
+void Evaluation::set(const std::string& name, Value value, bool local) {
+  auto& locals = inputs_.back().locals;
+  if (local || locals.contains(name)) {
+    locals.insert_or_assign(name, std::move(value));
+  } else {
+    globals_.insert_or_assign(name, std::move(value));
+  }
+}
+
+void Evaluation::directive(const Token& token) {
+  const std::string_view word = token.text;
+  if (word == "declare" || word == "local") {
+    declare(word == "local");
+  } else if (word == "macro") {
+    define_macro();
+  } else if (word == "if") {
+    begin_if(condition());
+  } else if (word == "ifdef" || word == "ifndef") {
+    expect('(');
+    const bool defined = find(raw().text) != nullptr;
+    expect(')');
+    begin_if(defined == (word == "ifdef"));
+  } else if (word == "else" || word == "elseif" || word == "end" || word == "case" || word == "range") {
+    end_section(token);
+  } else if (word == "switch") {
+    begin_switch();
+  } else if (word == "while" || word == "for") {
+    begin_loop(word);
+  } else if (word == "break") {
+    break_out();
+  } else if (word == "include") {
+    include();
+  } else if (word == "version") {
+    version_ = number();
+    if (peek_symbol() == ';') (void)raw();
+  } else if (word == "undef") {
+    const std::string name(raw().text);
+    inputs_.back().locals.erase(name);
+    globals_.erase(name);
+  } else if (word == "default") {
+    read_default();
+  } else if (word == "debug" || word == "warning" || word == "render" || word == "statistics") {
+    (void)string();
+  } else if (word == "error") {
+    fail(fmt::format("the scene reports an error: {}", string()));
+  } else {
+    unsupported(token, "is a directive that is not supported");
+  }
+}
+
+void Evaluation::end_section(const Token& token) {
+  auto& sections = inputs_.back().sections;
+  if (sections.empty()) unsupported(token, "stands outside of what it belongs to");
+  const SectionKind kind = sections.back().kind;
+  if (token.text == "end") {
+    if (kind == SectionKind::kMacro) {
+      inputs_.pop_back();
+    } else if (kind == SectionKind::kLoop) {
+      Loop& loop = *sections.back().loop;
+      const Lexer start = loop.start;
+      inputs_.back().lexer = start;
+      if (!loop_goes_on(loop)) leave_section();
+    } else {
+      sections.pop_back();
+    }
+  } else if (kind == SectionKind::kSwitch && token.text != "else") {
+    // A case without #break goes on into the next one.
+    expect('(');
+    (void)full();
+    if (accept(',')) (void)full();
+    expect(')');
+  } else {
+    leave_section();  // the branch that was taken ends here
+  }
+}
+
+std::string_view Evaluation::skip_to_branch_end() {
+  int depth = 0;
+  while (true) {
+    const Token token = raw();
+    if (token.kind == Kind::kEnd) fail("an #if, #while, #for, #switch or #macro has no #end");
+    if (token.kind != Kind::kDirective) continue;
+    if (section_begun_by(token.text)) {
+      ++depth;
+    } else if (token.text == "end") {
+      if (depth-- == 0) return token.text;
+    } else if (depth == 0 &&
+               (token.text == "else" || token.text == "elseif" || token.text == "case" || token.text == "range")) {
+      return token.text;
+    }
+  }
+}
+
+/// Skips to the #end of the innermost section.
+void Evaluation::leave_section() {
+  while (skip_to_branch_end() != "end") {
+  }
+  inputs_.back().sections.pop_back();
+}
+
+void Evaluation::begin_if(bool condition_holds) {
+  inputs_.back().sections.push_back({SectionKind::kIf});
+  while (!condition_holds) {
+    const std::string_view stop = skip_to_branch_end();
+    if (stop == "end") {
+      inputs_.back().sections.pop_back();
+      return;
+    }
+    condition_holds = stop == "else" || (stop == "elseif" && condition());
+  }
+}
+
+void Evaluation::begin_switch() {
+  expect('(');
+  const double selected = full().v[0];
+  expect(')');
+  inputs_.back().sections.push_back({SectionKind::kSwitch});
+  // POV-Ray compares numbers with this tolerance.
+  constexpr double kEqual = 1e-10;
+  while (true) {
+    const std::string_view stop = skip_to_branch_end();
+    if (stop == "end") {
+      inputs_.back().sections.pop_back();
+      return;
+    }
+    if (stop == "else") return;
+    expect('(');
+    const double from = full().v[0];
+    double to = from;
+    if (stop == "range") {
+      expect(',');
+      to = full().v[0];
+    }
+    expect(')');
+    if (selected >= from - kEqual && selected <= to + kEqual) return;
+  }
+}
+
+bool Evaluation::loop_goes_on(Loop& loop) {
+  if (loop.counter.empty()) return condition();
+  set(loop.counter, Number(loop.value), true);
+  const bool goes_on = loop.step > 0 ? loop.value <= loop.last + 1e-10 : loop.value >= loop.last - 1e-10;
+  loop.value += loop.step;
+  return goes_on;
+}
+
+void Evaluation::begin_loop(std::string_view kind) {
+  Loop loop{.start = inputs_.back().lexer};
+  if (kind == "for") {
+    expect('(');
+    loop.counter = std::string(raw().text);
+    expect(',');
+    loop.value = number();
+    expect(',');
+    loop.last = number();
+    loop.step = accept(',') ? number() : 1;
+    expect(')');
+    if (loop.step == 0) fail("the step of this #for is 0");
+    loop.start = inputs_.back().lexer;
+  }
+  inputs_.back().sections.push_back({SectionKind::kLoop, loop});
+  // The condition may call a macro: it changes nothing in `sections` that lasts.
+  if (!loop_goes_on(*inputs_.back().sections.back().loop)) leave_section();
+}
+
+void Evaluation::break_out() {
+  auto& sections = inputs_.back().sections;
+  while (!sections.empty() && sections.back().kind == SectionKind::kIf) leave_section();
+  if (sections.empty()) fail("this #break is in no #switch and no loop");
+  if (sections.back().kind == SectionKind::kMacro) {
+    inputs_.pop_back();
+  } else {
+    leave_section();
+  }
+}
+
+void Evaluation::define_macro() {
+  const std::string name(raw().text);
+  Macro macro{.file = inputs_.back().file, .body = inputs_.back().lexer, .parameters = {}};
+  expect('(');
+  for (Token token = raw(); !token.is(')'); token = raw()) {
+    if (token.kind == Kind::kWord) {
+      macro.parameters.emplace_back(token.text);
+    } else if (!token.is(',')) {
+      unsupported(token, "stands among the parameters of a macro");
+    }
+  }
+  macro.body = inputs_.back().lexer;
+  while (skip_to_branch_end() != "end") {
+  }
+  set(name, std::move(macro), false);
+}
+
+void Evaluation::call_macro(const Macro& macro) {
+  if (inputs_.size() >= kMostInputs) fail(fmt::format("more than {} macros and files are open", kMostInputs));
+  std::map<std::string, Value, std::less<>> arguments;
+  expect('(');
+  for (const std::string& parameter : macro.parameters) {
+    if (!arguments.empty()) expect(',');
+    arguments.insert_or_assign(parameter, value());
+  }
+  expect(')');
+  inputs_.push_back({macro.file, macro.body, true, {{SectionKind::kMacro}}, std::move(arguments)});
+}
+
+void Evaluation::include() {
+  const std::string name = string();
+  if (peek_symbol() == ';') (void)raw();
+  const auto depth = std::count_if(inputs_.begin(), inputs_.end(), [](const Input& input) { return !input.is_macro; });
+  if (std::size_t(depth) > kMostIncludes) fail(fmt::format("more than {} files include each other", kMostIncludes));
+  auto found = read_(name);
+  if (!found || found->is_folder) fail(fmt::format("the file \"{}\" cannot be read", name));
+  bytes_ += found->text.size();
+  if (bytes_ > kMostIncludedBytes) fail(fmt::format("more than {} bytes are included", kMostIncludedBytes));
+  files_.push_back({std::move(found->path), std::move(found->text)});
+  inputs_.push_back({&files_.back(), Lexer(files_.back().text)});
+}
+
+void Evaluation::declare(bool local) {
+  const Token name = raw();
+  if (name.kind != Kind::kWord) unsupported(name, "is not a name that can be declared");
+  expect('=');
+  const int braces = braces_;
+  const int nesting = nesting_;
+  const std::size_t inputs = inputs_.size();
+  try {
+    // Reading the value may change which names exist, but not who declares this one.
+    Value declared = value();
+    if (peek_symbol() == ';') (void)raw();
+    set(std::string(name.text), std::move(declared), local);
+  } catch (const EvaluationError& error) {
+    // What the declaration says is lost, but only a use of it is an error. A macro that has been left cannot be
+    // entered again.
+    if (inputs_.size() < inputs) throw;
+    nesting_ = nesting;
+    while (inputs_.size() > inputs) inputs_.pop_back();
+    // The parameters of a function stand before its braces.
+    if (braces_ == braces && peek_symbol() == '(') {
+      while (!raw().is(')')) {
+      }
+    }
+    if (braces_ == braces && peek_symbol() == '{') (void)next();
+    while (braces_ > braces || peek_word("texture")) {
+      if (next().kind == Kind::kEnd) throw;
+      if (braces_ == braces && peek_symbol() == '{') (void)next();
+    }
+    set(std::string(name.text), Unusable{error.message}, local);
+    if (peek_symbol() == ';') (void)raw();
+  }
+}
+
+void Evaluation::read_default() {
+  expect('{');
+  for (Token token = next(); !token.is('}'); token = next()) {
+    if (token.text == "texture") {
+      default_ = read_texture();
+    } else if (token.text == "pigment") {
+      default_.pigment = read_pigment();
+    } else if (token.text == "finish") {
+      default_.finish = read_finish();
+    } else {
+      unsupported(token, "is not supported in #default");
+    }
+  }
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "drivers/sim_povray/scene/evaluated_scene.h"
+#include "drivers/sim_povray/scene/evaluator.h"
+#include "drivers/sim_povray/scene/random_stream.h"
+#include "drivers/sim_povray/scene/scene_text.h"
+
+/// The parts of evaluator.h, private to this folder.
+namespace twocone::sim_povray {
+
+/// A number, vector or colour. A colour has five components: red, green, blue, filter, transmit.
+struct Number {
+  std::array<double, 5> v{};
+  int size = 1;
+
+  Number() = default;
+  Number(double value) : v{value} {}                                    // NOLINT: a number is a number
+  Number(const Vec3& value) : v{value.x, value.y, value.z}, size(3) {}  // NOLINT
+};
+
+/// A transformation, and the pose that follows it.
+struct Placing {
+  Transform transform{};
+  std::optional<int> mover{};
+};
+
+using ColourMap = std::vector<PigmentEntry>;
+
+/// A text that is evaluated, or was.
+struct SourceFile {
+  std::string path;
+  std::string text;
+};
+
+struct Macro {
+  const SourceFile* file = nullptr;
+  Lexer body;
+  std::vector<std::string> parameters;
+};
+
+/// A declaration that cannot be evaluated, and why.
+struct Unusable {
+  std::string why;
+};
+
+using Value = std::variant<Number, std::string, Placing, ColourMap, Pigment, Finish, Texture, Object, LightSource,
+                           PerspectiveCamera, Macro, Unusable>;
+
+/// Thrown at what cannot be evaluated; what() as `FILE:LINE: why`.
+struct EvaluationError {
+  std::string message;
+};
+
+/// Reads one scene from its first token to its last. Each group of functions has a file: directives.cpp,
+/// expressions.cpp, textures.cpp, objects.cpp.
+class Evaluation {
+ public:
+  Evaluation(std::string_view text, const std::string& path, const IncludeReader& read,
+             const EvaluatorSettings& settings);
+
+  EvaluatedScene run();
+
+ private:
+  // ---- tokens and directives
+  struct Loop {
+    Lexer start;            // at the condition
+    std::string counter{};  // of a #for
+    double value = 0, last = 0, step = 0;
+  };
+  struct Section {
+    SectionKind kind;
+    std::optional<Loop> loop{};
+  };
+  /// A file, or a macro's body, that is being read.
+  struct Input {
+    const SourceFile* file;
+    Lexer lexer;
+    bool is_macro = false;
+    std::vector<Section> sections{};
+    std::map<std::string, Value, std::less<>> locals{};
+    std::optional<Token> pushed{};  // read ahead
+  };
+
+  /// Returns the next token of the present input as it is written.
+  Token raw();
+  /// Returns the next token that is not a directive, and not a macro's name: these are carried out.
+  Token next();
+  /// Returns the same, and leaves it to be read again.
+  Token peek();
+  void put_back(const Token& token);
+  /// Returns the next symbol if it can continue an expression; carries out nothing but the end of a macro.
+  char peek_symbol();
+  /// Returns whether the next token is that word; carries out as little as peek_symbol().
+  bool peek_word(std::string_view word);
+  bool accept(char symbol);
+  bool accept(std::string_view word);
+  void expect(char symbol);
+
+  void directive(const Token& token);
+  void end_section(const Token& token);
+  void skip_branch();
+  /// Skips to the directive that ends the present branch, and returns it.
+  std::string_view skip_to_branch_end();
+  void leave_section();
+  void begin_if(bool condition);
+  void begin_switch();
+  bool loop_goes_on(Loop& loop);
+  void begin_loop(std::string_view kind);
+  void break_out();
+  void define_macro();
+  void call_macro(const Macro& macro);
+  void include();
+  void declare(bool local);
+  void read_default();
+
+  [[nodiscard]] const Value* find(std::string_view name) const;
+  void set(const std::string& name, Value value, bool local);
+  /// Returns the value of a declared name of that type, or null.
+  template <class T>
+  [[nodiscard]] const T* find_as(std::string_view name) const {
+    const Value* value = find(name);
+    return value == nullptr ? nullptr : std::get_if<T>(value);
+  }
+  [[noreturn]] void fail(const std::string& why) const;
+  [[noreturn]] void unsupported(const Token& token, std::string_view where) const;
+
+  // ---- expressions
+  bool condition();
+  Number full();
+  Number logical();
+  Number relation();
+  Number sum();
+  Number product();
+  Number factor();
+  Number primary();
+  Number vector_literal();
+  Number name_value(const Token& token);
+  Number call(const std::string& function);
+  std::optional<Number> vector_call(const std::string& function);
+  double number();
+  double argument();
+  Vec3 vector();
+  Colour grey_or_colour();
+  Colour colour();
+  Number colour_value();
+  std::string string();
+  Value value();
+  bool flag();
+
+  // ---- textures
+  void read_pigment_parts(Pigment& pigment);
+  bool read_pigment_part(const Token& token, Pigment& pigment);
+  bool read_pattern(std::string_view word, Pigment& pigment);
+  bool read_wave(std::string_view word, Pigment& pigment);
+  Pigment read_pigment();
+  Finish read_finish();
+  Texture read_texture();
+  ColourMap read_map(bool of_pigments);
+  PatternStep read_warp();
+  std::vector<PigmentEntry> read_list();
+  bool read_transformation(const Token& token, Placing& placing);
+  Placing read_placing();
+
+  // ---- objects
+  std::optional<Object> read_object(const Token& token);
+  Shape read_shape(const std::string& word);
+  std::vector<Contour> read_contours(int count);
+  Csg read_csg(Combination combination);
+  void read_object_parts(Object& object);
+  bool read_object_part(const Token& token, Object& object);
+  void place(Object& object, const Placing& placing);
+  void skip_block();
+  std::vector<Object> read_objects();
+  LightSource read_light();
+  PerspectiveCamera read_camera();
+  void read_global_settings();
+  void read_item(const Token& token);
+
+  const IncludeReader& read_;
+  const EvaluatorSettings& settings_;
+  std::deque<SourceFile> files_;
+  std::deque<Input> inputs_;
+  std::map<std::string, Value, std::less<>> globals_;
+  std::vector<RandomStream> streams_;
+  std::size_t tokens_ = 0;
+  std::size_t bytes_ = 0;
+  int braces_ = 0;
+  int nesting_ = 0;
+  int line_ = 1;  // of the last token read
+  double version_ = 3.7;
+  Texture default_;
+  EvaluatedScene scene_;
+  std::string camera_obstacle_;
+};
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "drivers/sim_povray/scene/evaluated_scene.h"
+#include "drivers/sim_povray/scene/scene_text.h"
+#include "hal/result.h"
+
+/// Evaluates a scene's text: declarations, macros, conditions, loops and expressions.
+namespace twocone::sim_povray {
+
+struct EvaluatorSettings {
+  /// `transform { PREFIX X0 }` and so on (without the blank) stand for the poses of blocks 0, 1, ..., and
+  /// `transform { PREFIX V }` for that of the view. Empty: the scene has none.
+  std::string pose_prefix{};
+  int width_px = 640;  ///< `image_width`
+  int height_px = 480;
+};
+
+/// Object::mover of what moves with the view.
+constexpr int kViewMover = -2;
+
+/// Evaluates a scene. The supported language is that of the scenes in scenes/ and of docs/renderers.md.
+/// A declaration that uses anything else is an error only where something visible uses the declaration.
+/// Errors: kRefused, `FILE:LINE: why`: the text uses a construct that is not supported (the message names the keyword),
+/// is wrong, or does not end (limits of tokens, depth of macros and depth of includes).
+[[nodiscard]] Result<EvaluatedScene> evaluate(std::string_view text, const std::string& path, const IncludeReader& read,
+                                              const EvaluatorSettings& settings);
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,460 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "drivers/sim_povray/scene/evaluation.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+const std::map<std::string_view, Combination> kCombinations{{"union", Combination::kUnion},
+                                                            {"merge", Combination::kMerge},
+                                                            {"intersection", Combination::kIntersection},
+                                                            {"difference", Combination::kDifference}};
+
+/// Words of an object that change no pixel of an opaque scene without media, photons and radiosity, which is all that
+/// is supported.
+bool changes_nothing(std::string_view word) {
+  return word == "hollow" || word == "sturm" || word == "no_radiosity" || word == "photons" || word == "interior" ||
+         word == "radiosity";
+}
+
+void move_texture(Texture& texture, const Transform& transform) {
+  auto& steps = texture.pigment.steps;
+  if (!steps.empty() && std::holds_alternative<Transform>(steps.back())) {
+    steps.back() = std::get<Transform>(steps.back()).then(transform);
+  } else {
+    steps.emplace_back(transform);
+  }
+}
+
+void move_object(Object& object, const Transform& transform) {
+  if (object.texture != nullptr && object.texture->pigment.pattern != Pattern::kColour) {
+    Texture texture = *object.texture;
+    move_texture(texture, transform);
+    object.texture = std::make_shared<const Texture>(std::move(texture));
+  }
+  for (Object& clip : object.clipped_by) move_object(clip, transform);
+  if (auto* csg = std::get_if<Csg>(&object.shape)) {
+    for (Object& part : csg->parts) move_object(part, transform);
+  } else {
+    object.placed = object.placed.then(transform);
+  }
+}
+
+}  // namespace
+
+Evaluation::Evaluation(std::string_view text, const std::string& path, const IncludeReader& read,
+                       const EvaluatorSettings& settings)
+    : read_(read), settings_(settings), files_{{path, std::string(text)}} {
+  inputs_.push_back({&files_.back(), Lexer(files_.back().text)});
+}
+
+EvaluatedScene Evaluation::run() {
+  for (Token token = next(); token.kind != Token::Kind::kEnd; token = next()) read_item(token);
+  if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
+  if (!camera_obstacle_.empty()) throw EvaluationError{camera_obstacle_};
+  return std::move(scene_);
+}
+
+void Evaluation::read_item(const Token& token) {
+  if (token.is(';')) return;
+  if (token.text == "global_settings") return read_global_settings();
+  if (token.text == "light_source") {
+    scene_.lights.push_back(read_light());
+  } else if (token.text == "camera") {
+    // The last camera of a scene is the one that is used, so an earlier one may be of any kind.
+    const int braces = braces_;
+    try {
+      scene_.camera = read_camera();
+      camera_obstacle_.clear();
+    } catch (const EvaluationError& error) {
+      camera_obstacle_ = error.message;
+      while (braces_ > braces) {
+        if (next().kind == Token::Kind::kEnd) throw;
+      }
+    }
+  } else if (token.text == "background") {
+    expect('{');
+    scene_.background = colour();
+    expect('}');
+  } else if (token.text == "sky_sphere") {
+    expect('{');
+    for (Token part = next(); !part.is('}'); part = next()) {
+      Placing placing;
+      if (part.text == "pigment") {
+        scene_.sky = read_pigment();
+      } else if (scene_.sky && read_transformation(part, placing) && !placing.mover) {
+        scene_.sky->steps.emplace_back(placing.transform);
+      } else {
+        unsupported(part, "is not supported in a sky_sphere");
+      }
+    }
+  } else if (auto object = read_object(token)) {
+    if (object->texture == nullptr) object->texture = std::make_shared<const Texture>(default_);
+    scene_.objects.push_back(*std::move(object));
+  } else if (const auto* light = find_as<LightSource>(token.text)) {
+    scene_.lights.push_back(*light);
+  } else {
+    if (const auto* why = find_as<Unusable>(token.text)) throw EvaluationError{why->why};
+    unsupported(token, "is not supported");
+  }
+}
+
+void Evaluation::read_global_settings() {
+  expect('{');
+  for (Token token = next(); !token.is('}'); token = next()) {
+    const std::string_view word = token.text;
+    if (word == "assumed_gamma") {
+      scene_.assumed_gamma = number();
+    } else if (word == "max_trace_level") {
+      scene_.max_trace_level = int(number());
+    } else if (word == "adc_bailout") {
+      scene_.adc_bailout = number();
+    } else if (word == "ambient_light") {
+      scene_.ambient_light = grey_or_colour();
+    } else if (word == "max_intersections" || word == "number_of_waves" || word == "irid_wavelength") {
+      (void)number();
+    } else if (word == "charset") {
+      (void)next();
+    } else {
+      unsupported(token, "is not supported in global_settings");
+    }
+  }
+}
+
+void Evaluation::place(Object& object, const Placing& placing) {
+  if (object.mover != -1) fail("an object is transformed after its pose by a program");
+  move_object(object, placing.transform);
+  if (placing.mover) object.mover = *placing.mover;
+}
+
+std::optional<Object> Evaluation::read_object(const Token& token) {
+  const std::string word(token.text);
+  Object object;
+  if (word == "object") {
+    expect('{');
+    const Token inner = next();
+    if (const auto* known = find_as<Object>(inner.text)) {
+      object = *known;
+    } else if (auto read = read_object(inner)) {
+      object = *std::move(read);
+    } else {
+      if (const auto* why = find_as<Unusable>(inner.text)) throw EvaluationError{why->why};
+      unsupported(inner, "is not an object that is supported");
+    }
+  } else if (const auto combination = kCombinations.find(word); combination != kCombinations.end()) {
+    expect('{');
+    object.shape = read_csg(combination->second);
+  } else if (word == "box" || word == "sphere" || word == "cylinder" || word == "cone" || word == "disc" ||
+             word == "plane" || word == "torus" || word == "prism" || word == "quadric" || word == "polygon") {
+    expect('{');
+    // `box { Name ... }` is a declared object, as `object { Name ... }`.
+    if (const auto* known = find_as<Object>(peek().text)) {
+      object = *known;
+      (void)next();
+    } else {
+      object.shape = read_shape(word);
+    }
+  } else {
+    return std::nullopt;
+  }
+  read_object_parts(object);
+  return object;
+}
+
+std::vector<Contour> Evaluation::read_contours(int count) {
+  std::vector<Contour> contours;
+  Contour open;
+  for (int i = 0; i < count; ++i) {
+    (void)accept(',');
+    const Number corner = sum();
+    open.emplace_back(corner.v[0], corner.size == 1 ? corner.v[0] : corner.v[1]);
+    if (open.size() > 1 && open.back() == open.front()) contours.push_back(std::exchange(open, {}));
+  }
+  if (!open.empty()) {
+    // POV-Ray closes it.
+    open.push_back(open.front());
+    contours.push_back(std::move(open));
+  }
+  return contours;
+}
+
+Shape Evaluation::read_shape(const std::string& word) {
+  const auto comma = [this] { (void)accept(','); };
+  const auto next_vector = [&] {
+    comma();
+    return vector();
+  };
+  const auto next_number = [&] {
+    comma();
+    return number();
+  };
+  constexpr double kMostCorners = 100'000;
+  if (word == "box") {
+    const Vec3 a = vector();
+    const Vec3 b = next_vector();
+    return Box{{std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)},
+               {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}};
+  }
+  if (word == "sphere") {
+    const Vec3 centre = vector();
+    return Sphere{centre, next_number()};
+  }
+  if (word == "cylinder" || word == "cone") {
+    Cone cone{};
+    cone.base = vector();
+    if (word == "cone") cone.base_radius = next_number();
+    cone.cap = next_vector();
+    cone.cap_radius = next_number();
+    if (word == "cylinder") cone.base_radius = cone.cap_radius;
+    comma();
+    cone.open = accept("open");
+    return cone;
+  }
+  if (word == "disc") {
+    FlatDisc disc{};
+    disc.centre = vector();
+    disc.normal = next_vector();
+    disc.radius = next_number();
+    if (accept(',')) disc.hole_radius = number();
+    return disc;
+  }
+  if (word == "plane") {
+    const Vec3 normal = vector();
+    return Plane{normal, next_number()};
+  }
+  if (word == "torus") {
+    const double major = number();
+    return Torus{major, next_number()};
+  }
+  if (word == "quadric") {
+    Quadric quadric{};
+    quadric.squares = vector();
+    quadric.products = next_vector();
+    quadric.linear = next_vector();
+    quadric.constant = next_number();
+    return quadric;
+  }
+  if (word == "polygon") {
+    const double count = number();
+    if (!(count >= 3 && count <= kMostCorners)) fail("a polygon needs at least three corners");
+    return Polygon{read_contours(int(count))};
+  }
+  Prism prism{};
+  (void)accept("linear_spline");
+  (void)accept("linear_sweep");
+  const Token here = peek();
+  if (here.kind == Token::Kind::kWord && (here.text.ends_with("_spline") || here.text == "conic_sweep")) {
+    unsupported(here, "is not supported in a prism");
+  }
+  prism.low = number();
+  prism.high = next_number();
+  const double count = next_number();
+  if (!(count >= 3 && count <= kMostCorners)) fail("a prism needs at least three corners");
+  prism.contours = read_contours(int(count));
+  (void)accept(',');
+  prism.open = accept("open");
+  return prism;
+}
+
+Csg Evaluation::read_csg(Combination combination) {
+  Csg csg{combination, {}};
+  while (true) {
+    const Token token = next();
+    if (auto part = read_object(token)) {
+      csg.parts.push_back(*std::move(part));
+      continue;
+    }
+    if (token.text == "light_source") unsupported(token, "in a union is not supported");
+    put_back(token);
+    if (csg.parts.empty()) unsupported(token, "stands where the first part of a union, difference, ... is expected");
+    return csg;
+  }
+}
+
+std::vector<Object> Evaluation::read_objects() {
+  std::vector<Object> objects;
+  for (Token token = next(); !token.is('}'); token = next()) {
+    auto object = read_object(token);
+    if (!object) {
+      if (const auto* known = find_as<Object>(token.text)) {
+        object = *known;
+      } else {
+        unsupported(token, "is not an object that is supported here");
+      }
+    }
+    objects.push_back(*std::move(object));
+  }
+  return objects;
+}
+
+void Evaluation::skip_block() {
+  const int braces = braces_;
+  if (!accept('{')) return;
+  while (braces_ > braces) {
+    if (next().kind == Token::Kind::kEnd) fail("a '{' is never closed");
+  }
+}
+
+bool Evaluation::read_object_part(const Token& token, Object& object) {
+  const std::string_view word = token.text;
+  const auto edit_texture = [&](auto edit) {
+    Texture texture = object.texture != nullptr ? *object.texture : default_;
+    edit(texture);
+    object.texture = std::make_shared<const Texture>(std::move(texture));
+  };
+  Placing placing;
+  if (read_transformation(token, placing)) {
+    place(object, placing);
+  } else if (word == "texture") {
+    object.texture = std::make_shared<const Texture>(read_texture());
+  } else if (word == "pigment") {
+    edit_texture([this](Texture& texture) { texture.pigment = read_pigment(); });
+  } else if (word == "finish") {
+    edit_texture([this](Texture& texture) { texture.finish = read_finish(); });
+  } else if (word == "no_shadow") {
+    object.no_shadow = flag();
+  } else if (word == "no_image") {
+    object.no_image = flag();
+  } else if (word == "no_reflection") {
+    object.no_reflection = flag();
+  } else if (word == "inverse") {
+    object.inverse = !object.inverse;
+  } else if (word == "bounded_by") {
+    // A bound that holds its object changes no pixel. One that does not is found when images are compared.
+    skip_block();
+  } else if (word == "clipped_by") {
+    expect('{');
+    std::ranges::move(read_objects(), std::back_inserter(object.clipped_by));
+  } else if (word == "interior" || word == "photons") {
+    skip_block();
+  } else if (changes_nothing(word)) {
+    (void)flag();
+  } else if (const auto* known = find_as<Texture>(word)) {
+    object.texture = std::make_shared<const Texture>(*known);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void Evaluation::read_object_parts(Object& object) {
+  for (Token token = next(); !token.is('}'); token = next()) {
+    if (read_object_part(token, object)) continue;
+    if (const auto* why = find_as<Unusable>(token.text)) throw EvaluationError{why->why};
+    unsupported(token, "is not supported in an object");
+  }
+}
+
+LightSource Evaluation::read_light() {
+  expect('{');
+  LightSource light;
+  if (const auto* known = find_as<LightSource>(peek().text)) {
+    light = *known;
+    (void)next();
+  } else {
+    light.position = vector();
+    (void)accept(',');
+    light.colour = colour();
+  }
+  for (Token token = next(); !token.is('}'); token = next()) {
+    Placing placing;
+    const std::string_view word = token.text;
+    if (read_transformation(token, placing)) {
+      if (light.mover != -1) fail("a light is transformed after its pose by a program");
+      light.position = placing.transform.point(light.position);
+      light.point_at = placing.transform.point(light.point_at);
+      if (placing.mover) light.mover = *placing.mover;
+    } else if (word == "spotlight") {
+      light.is_spot = true;
+    } else if (word == "point_at") {
+      light.point_at = vector();
+    } else if (word == "radius") {
+      light.radius_deg = number();
+    } else if (word == "falloff") {
+      light.falloff_deg = number();
+    } else if (word == "tightness") {
+      light.tightness = number();
+    } else if (word == "fade_distance") {
+      light.fade_distance = number();
+    } else if (word == "fade_power") {
+      light.fade_power = number();
+    } else if (word == "shadowless") {
+      light.shadowless = true;
+    } else if (!token.is(',')) {
+      unsupported(token, "is not supported in a light_source");
+    }
+  }
+  return light;
+}
+
+PerspectiveCamera Evaluation::read_camera() {
+  expect('{');
+  PerspectiveCamera camera;
+  Vec3 sky{0, 1, 0};
+  std::optional<Vec3> look_at;
+  double angle_deg = 0;
+  Placing placing;
+  for (Token token = next(); !token.is('}'); token = next()) {
+    const std::string_view word = token.text;
+    if (word == "perspective") continue;
+    if (const auto* known = find_as<PerspectiveCamera>(word)) {
+      camera = *known;
+    } else if (word == "location") {
+      camera.location = vector();
+    } else if (word == "direction") {
+      camera.direction = vector();
+    } else if (word == "right") {
+      camera.right = vector();
+    } else if (word == "up") {
+      camera.up = vector();
+    } else if (word == "sky") {
+      sky = vector();
+    } else if (word == "look_at") {
+      look_at = vector();
+    } else if (word == "angle") {
+      angle_deg = number();
+    } else if (!read_transformation(token, placing)) {
+      if (const auto* why = find_as<Unusable>(word)) throw EvaluationError{why->why};
+      unsupported(token, "is not supported in a camera");
+    }
+  }
+  // The order of the parts does not matter (camera_vectors() in mirror_finder.h states the same rules).
+  if (angle_deg > 0) {
+    camera.direction =
+        normalized(camera.direction) * (length(camera.right) / 2 / std::tan(angle_deg * std::numbers::pi / 360));
+  }
+  if (look_at) {
+    const bool left_handed = dot(cross(camera.up, camera.direction), camera.right) > 0;
+    const Vec3 ahead = normalized(*look_at - camera.location);
+    Vec3 side = cross(sky, ahead);
+    if (std::max({std::abs(side.x), std::abs(side.y), std::abs(side.z)}) < 1e-10) side = camera.right;
+    side = normalized(side);
+    camera.direction = ahead * length(camera.direction);
+    camera.up = cross(ahead, side) * length(camera.up);
+    camera.right = side * (left_handed ? length(camera.right) : -length(camera.right));
+  }
+  camera.location = placing.transform.point(camera.location);
+  camera.direction = placing.transform.direction(camera.direction);
+  camera.right = placing.transform.direction(camera.right);
+  camera.up = placing.transform.direction(camera.up);
+  if (placing.mover) camera.mover = *placing.mover;
+  return camera;
+}
+
+Result<EvaluatedScene> evaluate(std::string_view text, const std::string& path, const IncludeReader& read,
+                                const EvaluatorSettings& settings) {
+  try {
+    return Evaluation(text, path, read, settings).run();
+  } catch (const EvaluationError& error) {
+    return Error{ErrorCode::kRefused, error.message};
+  }
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/scene/evaluator.h"
+
+#include <cctype>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "drivers/sim_povray/scene/random_stream.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kScenes = fs::path(TWOCONE_SOURCE_DIR) / "scenes";
+const IncludeReader kNoFiles = [](const std::string&) { return std::nullopt; };
+
+Result<EvaluatedScene> read(const std::string& text, const EvaluatorSettings& settings = {}) {
+  return evaluate(text, "t.pov", kNoFiles, settings);
+}
+
+/// Returns the radius of the only sphere of the scene, or its position's x.
+double radius(const std::string& text) {
+  const auto scene = read(text);
+  if (!scene || scene->objects.size() != 1) return -1;
+  return std::get<Sphere>(scene->objects[0].shape).radius;
+}
+
+std::string complaint(const std::string& text) {
+  const auto scene = read(text);
+  return scene ? "" : scene.error().message;
+}
+
+TEST(Evaluator, ExpressionsHavePovraysPrecedence) {
+  EXPECT_EQ(radius("sphere { 0, 1 + 2*3 - 8/4 }"), 5);
+  EXPECT_EQ(radius("sphere { 0, (2 > 1 ? 3 : 4) + (1 = 2) + !0 }"), 4);
+  EXPECT_EQ(radius("sphere { 0, <1, 2, 3>.z*max(1, 2, 0.5) }"), 6);
+  EXPECT_EQ(radius("sphere { 0, vlength(<3, 4, 0>) + mod(7, 4) + int(-1.5) }"), 7);
+  EXPECT_EQ(radius("#declare A = 3; sphere { 0, -A*-2 }"), 6);
+}
+
+TEST(Evaluator, MacrosLoopsAndConditions) {
+  EXPECT_EQ(radius("#macro Twice(X) (X)*2 #end sphere { 0, Twice(1 + 2) + 1 }"), 7);
+  EXPECT_EQ(radius("#declare R = 0; #while (R < 5) #declare R = R + 2; #end sphere { 0, R }"), 6);
+  EXPECT_EQ(radius("#declare R = 0; #for (I, 1, 4) #declare R = R + I; #end sphere { 0, R }"), 10);
+  EXPECT_EQ(radius("#if (0) #elseif (1) #declare R = 2; #else #declare R = 3; #end sphere { 0, R }"), 2);
+  EXPECT_EQ(radius("#switch (4) #case (1) #declare R = 1; #break #range (3, 5) #declare R = 2; #break #end"
+                   " sphere { 0, R }"),
+            2);
+  EXPECT_EQ(radius("#ifdef (A) #else #declare R = 9; #end sphere { 0, R }"), 9);
+  // A local name of a macro ends with it.
+  EXPECT_EQ(radius("#declare I = 1; #macro M() #local I = 5; #end M() sphere { 0, I }"), 1);
+}
+
+TEST(Evaluator, RandomNumbersAreThoseThatPovrayPrints) {
+  RandomStream eleven(11);
+  EXPECT_DOUBLE_EQ(eleven.next(), 0.64189288407608236);
+  EXPECT_DOUBLE_EQ(eleven.next(), 0.69269633518827534);
+  EXPECT_DOUBLE_EQ(RandomStream(-3).next(), 0.73403287183820110);
+  EXPECT_DOUBLE_EQ(radius("#declare S = seed(11); #declare A = rand(S); sphere { 0, rand(S) }"), 0.69269633518827534);
+}
+
+TEST(Evaluator, TransformationsMoveShapesAndPigments) {
+  const auto scene =
+      read("union { box { 0, 1 pigment { checker rgb 0 rgb 1 scale 2 } } translate x rotate 90*y scale <1, 2, 1> }");
+  ASSERT_TRUE(scene.has_value());
+  const Object& box = std::get<Csg>(scene->objects.at(0).shape).parts.at(0);
+  const Vec3 corner = box.placed.point({0, 1, 0});
+  // POV-Ray is left-handed: 90 degrees about y take x to -z.
+  EXPECT_NEAR(corner.x, 0, 1e-15);
+  EXPECT_EQ(corner.y, 2);
+  EXPECT_NEAR(corner.z, -1, 1e-15);
+  ASSERT_EQ(box.texture->pigment.steps.size(), 1U);
+  const Vec3 pattern = std::get<Transform>(box.texture->pigment.steps[0]).inverse_point(corner);
+  EXPECT_NEAR(pattern.x, 0, 1e-15);
+  EXPECT_NEAR(pattern.y, 0.5, 1e-15);
+}
+
+TEST(Evaluator, NamedPosesMarkWhatAProgramMoves) {
+  const auto scene = read(
+      "union { sphere { 0, 1 } transform { P_X1 } } camera { location y direction y up -z right x transform { P_V } }",
+      {.pose_prefix = "P_"});
+  ASSERT_TRUE(scene.has_value()) << scene.error().message;
+  EXPECT_EQ(scene->objects.at(0).mover, 1);
+  EXPECT_EQ(scene->camera->mover, kViewMover);
+}
+
+TEST(Evaluator, WhatIsNotSupportedIsNamedWithItsLine) {
+  EXPECT_EQ(complaint("\n\nblob { threshold 1 }"), "t.pov:3: 'blob' is not supported");
+  EXPECT_EQ(complaint("sphere { 0, 1\n pigment { rgbt <1, 1, 1, 0.5> } }"),
+            "t.pov:2: 'rgbt' begins a transparent colour, which is not supported");
+  EXPECT_EQ(complaint("global_settings {\n radiosity { } }"),
+            "t.pov:2: 'radiosity' is not supported in global_settings");
+  EXPECT_NE(complaint("sphere { 0, 1 ").find("t.pov:1: "), std::string::npos);
+  EXPECT_NE(complaint("#macro M() M() #end M()").find("more than 100 macros"), std::string::npos);
+  EXPECT_NE(complaint("#while (1) #end").find("tokens"), std::string::npos);
+}
+
+TEST(Evaluator, ADeclarationThatNothingUsesMayHoldAnything) {
+  const std::string declared = "#declare Strange = blob { threshold 1 }\n#declare F = function(x) { x*x }\n";
+  EXPECT_EQ(radius(declared + "sphere { 0, 2 }"), 2);
+  EXPECT_EQ(complaint(declared + "object { Strange }"), "t.pov:1: 'blob' is neither declared nor supported here");
+}
+
+TEST(Evaluator, TheLastCameraCounts) {
+  const auto scene = read("camera { fisheye angle 20 } camera { location 2*x }");
+  ASSERT_TRUE(scene.has_value());
+  EXPECT_EQ(scene->camera->location, (Vec3{2, 0, 0}));
+  EXPECT_EQ(complaint("camera { location 0 } camera { fisheye }"), "t.pov:1: 'fisheye' is not supported in a camera");
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A shipped scene, and the objects at its top level.
+struct Shipped {
+  const char* scene;
+  std::size_t objects;
+};
+
+class ShippedScenes : public testing::TestWithParam<Shipped> {};
+
+TEST_P(ShippedScenes, AreEvaluated) {
+  const fs::path path = kScenes / GetParam().scene;
+  const std::vector<fs::path> folders{path.parent_path(), kScenes};
+  const IncludeReader read_file = [&](const std::string& name) -> std::optional<IncludedFile> {
+    for (const fs::path& folder : folders) {
+      if (fs::is_regular_file(folder / name)) return IncludedFile{(folder / name).string(), text_of(folder / name)};
+    }
+    return std::nullopt;
+  };
+  const auto scene = evaluate(text_of(path), path.string(), read_file, {});
+  ASSERT_TRUE(scene.has_value()) << scene.error().message;
+  EXPECT_EQ(scene->objects.size(), GetParam().objects);
+  EXPECT_EQ(scene->lights.size(), 2U);
+}
+
+// The numbers are those of the evaluation itself: they show a loop, macro or include that is read differently.
+INSTANTIATE_TEST_SUITE_P(All, ShippedScenes,
+                         testing::Values(Shipped{"lab.pov", 275}, Shipped{"hall.pov", 158},
+                                         Shipped{"workshop.pov", 137}, Shipped{"pair/pair.pov", 20},
+                                         Shipped{"my_room/create2.pov", 82}, Shipped{"mirrors/hyperboloid.pov", 18},
+                                         Shipped{"effects/plain.pov", 4}),
+                         [](const auto& tested) {
+                           std::string name = tested.param.scene;
+                           std::erase_if(name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace twocone::sim_povray
