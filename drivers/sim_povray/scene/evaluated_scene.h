@@ -137,7 +137,7 @@ struct Object;
 enum class Combination { kUnion, kMerge, kIntersection, kDifference };
 struct Csg {
   Combination combination = Combination::kUnion;
-  std::vector<Object> parts{};
+  std::vector<Object> parts;
 };
 
 using Shape = std::variant<Box, Sphere, Cone, FlatDisc, Plane, Torus, Prism, Quadric, Polygon, Csg>;

@@ -20,8 +20,7 @@ const std::map<std::string_view, Combination> kCombinations{{"union", Combinatio
 /// Words of an object that change no pixel of an opaque scene without media, photons and radiosity, which is all that
 /// is supported.
 bool changes_nothing(std::string_view word) {
-  return word == "hollow" || word == "sturm" || word == "no_radiosity" || word == "photons" || word == "interior" ||
-         word == "radiosity";
+  return word == "hollow" || word == "sturm" || word == "no_radiosity" || word == "radiosity";
 }
 
 void move_texture(Texture& texture, const Transform& transform) {
@@ -326,13 +325,11 @@ bool Evaluation::read_object_part(const Token& token, Object& object) {
     object.no_reflection = flag();
   } else if (word == "inverse") {
     object.inverse = !object.inverse;
-  } else if (word == "bounded_by") {
-    // A bound that holds its object changes no pixel. One that does not is found when images are compared.
-    skip_block();
   } else if (word == "clipped_by") {
     expect('{');
     std::ranges::move(read_objects(), std::back_inserter(object.clipped_by));
-  } else if (word == "interior" || word == "photons") {
+  } else if (word == "bounded_by" || word == "interior" || word == "photons") {
+    // A bound that holds its object changes no pixel of it. One that does not hold it is not honoured.
     skip_block();
   } else if (changes_nothing(word)) {
     (void)flag();
