@@ -194,6 +194,7 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
       mirror = *std::move(found);
     }
     ViewTemplate view_template = choice_.scene.view_template(movers_, camera, mirror ? mirror->mask : std::string());
+    view_template.carrier = int(std::ranges::find(movers_, robot.name, &NamedBlock::name) - movers_.begin());
     view_template.width_px = size.width_px;
     view_template.height_px = size.height_px;
     view_template.antialias = antialias;

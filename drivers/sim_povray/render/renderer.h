@@ -27,6 +27,8 @@ struct Window {
 struct ViewTemplate {
   std::string scene{};          ///< the scene's text, in which poses are used but not declared
   std::size_t pose_offset = 0;  ///< offset in `scene` for an image's own text, before the first use
+  std::string pose_prefix{};    ///< of the names that a pose declares (Scene::prefix())
+  int carrier = -1;             ///< which of the moved blocks carries the camera; -1: unknown
   int width_px = 0;
   int height_px = 0;
   int antialias = 1;               ///< rays per pixel side

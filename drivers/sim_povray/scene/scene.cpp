@@ -165,6 +165,7 @@ ViewTemplate Scene::view_template(const std::vector<NamedBlock>& moved, const Na
   insertions.push_back({view.begin, fmt::format("#declare {}View = ", prefix_)});
   insertions.push_back({view.close, fmt::format(" transform {{ {}V }} ", prefix_)});
   ViewTemplate view_template{.pose_offset = std::ranges::min(insertions, {}, &Insertion::offset).offset};
+  view_template.pose_prefix = prefix_;
   view_template.scene = with(std::move(insertions)) + fmt::format("\ncamera {{ {}View }}\n", prefix_);
   return view_template;
 }

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/render/native/shading.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace twocone::sim_povray {
+namespace {
+
+constexpr int kBytes = 256;
+
+/// Returns a power; 0 to the power of 0 is 1.
+double power(double base, double exponent) { return exponent == 1 ? base : std::pow(base, exponent); }
+
+double cone_share(const LightSource& light, const Vec3& point) {
+  const Vec3 axis = normalized(light.point_at - light.position);
+  const double cosine = dot(axis, normalized(point - light.position));
+  if (cosine <= 0) return 0;
+  const auto cosine_of = [](double angle_deg) { return std::cos(angle_deg * std::numbers::pi / 180); };
+  const double inner = cosine_of(light.radius_deg);
+  const double outer = cosine_of(light.falloff_deg);
+  const double share = power(cosine, light.tightness);
+  if (cosine >= inner) return share;
+  if (cosine < outer) return 0;
+  const double t = (cosine - outer) / (inner - outer);
+  return share * t * t * (3 - 2 * t);
+}
+
+double decoded(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
+
+/// The least linear values of the bytes, and near which byte a value lies.
+struct ByteTable {
+  // Finer than the distance of two bytes everywhere.
+  static constexpr int kCells = 8192;
+
+  ByteTable() {
+    for (int byte = 1; byte < kBytes; ++byte) least[std::size_t(byte)] = decoded((byte - 0.5) / (kBytes - 1));
+    least[kBytes] = 2;
+    std::size_t byte = 0;
+    for (int cell = 0; cell <= kCells; ++cell) {
+      while (double(cell) / kCells >= least[byte + 1]) ++byte;
+      first[std::size_t(cell)] = static_cast<std::uint8_t>(byte);
+    }
+  }
+
+  std::array<double, kBytes + 1> least{};
+  std::array<std::uint8_t, kCells + 1> first{};
+};
+
+}  // namespace
+
+Colour light_at(const LightSource& light, const Vec3& point) {
+  double share = light.is_spot ? cone_share(light, point) : 1;
+  if (light.fade_distance != 0 && light.fade_power > 0 && share > 0) {
+    share *= 2 / (1 + power(length(point - light.position) / std::abs(light.fade_distance), light.fade_power));
+  }
+  return light.colour * share;
+}
+
+Colour unlit(const Finish& finish, const Colour& pigment, const Colour& ambient_light) {
+  return pigment * (finish.ambient * ambient_light + finish.emission);
+}
+
+Colour lit(const Finish& finish, const Colour& pigment, const Vec3& normal, const Vec3& to_eye, const Vec3& to_light,
+           const Colour& light) {
+  const double cosine = dot(normal, to_light);
+  if (!(cosine > 0)) return {};
+  Colour result = pigment * (finish.diffuse * power(cosine, finish.brilliance));
+  double highlight = 0;
+  if (finish.phong > 0) {
+    const double mirrored = dot(normal * (2 * cosine) - to_light, to_eye);
+    if (mirrored > 0) highlight += finish.phong * power(mirrored, finish.phong_size);
+  }
+  if (finish.specular > 0) {
+    const double half = dot(normalized(to_eye + to_light), normal);
+    if (half > 0) highlight += finish.specular * power(half, 1 / finish.roughness);
+  }
+  result += Colour{highlight, highlight, highlight};
+  return result * light;
+}
+
+std::uint8_t srgb_byte(double linear) {
+  static const ByteTable table;
+  const double value = std::clamp(linear, 0.0, 1.0);
+  std::size_t byte = table.first[static_cast<std::size_t>(value * ByteTable::kCells)];
+  while (value >= table.least[byte + 1]) ++byte;
+  return static_cast<std::uint8_t>(byte);
+}
+
+}  // namespace twocone::sim_povray

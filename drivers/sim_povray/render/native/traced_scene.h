@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/sim_povray/render/native/bvh.h"
+#include "drivers/sim_povray/render/native/shapes.h"
+#include "drivers/sim_povray/scene/evaluated_scene.h"
+
+namespace twocone::sim_povray {
+
+/// Poses of one image: how each block of the scene has moved from where the scene shows it.
+struct Poses {
+  std::vector<Transform> movers{};
+  Transform view{};
+
+  [[nodiscard]] const Transform& of(int mover) const;
+};
+
+/// An evaluated scene prepared for tracing: top-level unions are taken apart, and what moves together is one group with
+/// hierarchies of its own, so that nothing is rebuilt when it moves.
+class TracedScene {
+ public:
+  struct Item {
+    TracedSolid solid;
+    const Texture* texture;  ///< of what has none of its own
+    int number;              ///< in the order of the scene; of two surfaces at one place the first is seen
+    bool casts_shadow;
+    bool in_image;       ///< seen by the camera
+    bool in_reflection;  ///< seen in mirrors
+  };
+  struct Group {
+    int mover = -1;
+    std::vector<Item> items{};
+    Bvh bounded{};  ///< over those of `items` that `bounded_items` lists
+    std::vector<int> bounded_items{};
+    std::vector<int> unbounded{};  ///< planes and other infinite shapes
+    Bvh shadows{};                 ///< over `shadow_items`
+    std::vector<int> shadow_items{};
+    std::vector<int> unbounded_shadows{};
+  };
+
+  explicit TracedScene(EvaluatedScene scene);
+
+  [[nodiscard]] const EvaluatedScene& scene() const { return scene_; }
+  [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
+
+ private:
+  void add(const Object& object, int mover);
+
+  EvaluatedScene scene_;
+  std::vector<Group> groups_;
+  int next_number_ = 0;
+};
+
+/// A point of a surface that a ray meets.
+struct Meeting {
+  double t = 0;
+  const TracedScene::Group* group = nullptr;
+  const Texture* texture = nullptr;
+  Vec3 point{};          ///< in the scene's coordinates
+  Vec3 pattern_point{};  ///< in those of the group, where pigments are defined
+  Vec3 normal{};         ///< in the scene's coordinates, of length 1, towards either side
+};
+
+enum class RayKind { kFromCamera, kReflected };
+
+/// A set of groups, as bits of their indices. Groups from kGroupBits on are in every set.
+using GroupSet = std::uint64_t;
+constexpr std::size_t kGroupBits = 64;
+constexpr GroupSet kAllGroups = ~GroupSet{0};
+
+/// Returns the nearest surface of the groups in `which` along a ray of length-1 direction, nearer than `t_max`. Two
+/// surfaces at one place: the first in the scene.
+std::optional<Meeting> nearest(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind,
+                               GroupSet which = kAllGroups, double t_max = kInfinity);
+/// Returns whether something casts a shadow on `point` in the light at `light`.
+bool is_shadowed(const TracedScene& scene, const Poses& poses, const Vec3& point, const Vec3& light);
+
+/// Returns the colour that a ray brings, in linear light. @param level 1 for a ray from the camera
+Colour traced(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind, int level, double weight);
+/// Returns the colour that a ray that meets nothing brings.
+Colour sky_colour(const EvaluatedScene& scene, const Vec3& direction);
+/// Returns the light of a surface that leaves towards where the ray comes from.
+Colour shaded(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
+              double weight);
+
+}  // namespace twocone::sim_povray
