@@ -287,14 +287,18 @@ const Call* SceneCalls::find(Feature feature) const {
   return found == all.end() ? nullptr : &*found;
 }
 
+IncludeReader include_reader(SceneAccess& access) {
+  return [&access](const std::string& name) {
+    auto found = read_from(access, name);
+    // An included file may name files beside it.
+    if (found) access.look_in(fs::path(found->path).parent_path());
+    return found;
+  };
+}
+
 SceneCalls find_calls(const Scene& scene, const SceneAccess& access) {
   SceneAccess growing = access;
-  SceneCalls calls = find_calls(scene.text(), scene.path(), [&growing](const std::string& name) {
-    auto found = read_from(growing, name);
-    // An included file may name files beside it.
-    if (found) growing.look_in(fs::path(found->path).parent_path());
-    return found;
-  });
+  SceneCalls calls = find_calls(scene.text(), scene.path(), include_reader(growing));
   const auto& all = growing.searched();
   for (std::size_t i = access.searched().size(); i < all.size(); ++i) calls.folders.push_back(all[i].string());
   return calls;

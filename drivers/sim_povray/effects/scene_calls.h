@@ -73,6 +73,10 @@ struct SceneCalls {
 /// last comment or string counts.
 [[nodiscard]] SceneCalls find_calls(std::string_view text, const std::string& path, const IncludeReader& read);
 
+/// Returns a function that reads what a scene includes, from where `access` states and from beside the files that it
+/// has read. @param access grows by the folders of these files; must outlive the function
+[[nodiscard]] IncludeReader include_reader(SceneAccess& access);
+
 /// Returns the scene's text without the effects that `switches` switch off. Line numbers stay the same, but offsets do
 /// not, so the result must be parsed again. Only the text itself is changed, not the files that it includes.
 /// Errors: kRefused, with file and line: an effect to be switched off is, or may be, in an include; or its end is not

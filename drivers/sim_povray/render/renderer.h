@@ -66,6 +66,16 @@ class Renderer {
   /// Errors: those of Povray::render.
   virtual void submit(RenderJob job, Done done) = 0;
 
+  /// While a token of this function lives, the renderer may hold submissions back, so that it can decide for all views
+  /// of a run at once how to render them. Take one before a view is prepared, and release it afterwards.
+  [[nodiscard]] virtual std::shared_ptr<void> expect_view() { return nullptr; }
+  /// Makes ready what all images of a view share. Waits until it is done.
+  /// @param pose RenderJob::pose of the view's first image
+  virtual void prepare(const std::shared_ptr<const ViewTemplate>& view_template, const std::string& pose) {
+    static_cast<void>(view_template);
+    static_cast<void>(pose);
+  }
+
   /// Describes how it works, for a run's record; if it fell back to another method, also the reason.
   [[nodiscard]] virtual std::string describe() const = 0;
 

@@ -14,7 +14,11 @@
 namespace twocone::sim_povray {
 namespace {
 
-constexpr int kBandRows = 8;
+// POV-Ray smooths an image in squares of this size, from the window's corner, each for itself: measured.
+constexpr int kBlock_px = 32;
+// The neighbours' difference from which POV-Ray's +A0.03 takes more samples, and how it weighs light: measured.
+constexpr double kSmoothingThreshold = 0.03;
+constexpr double kSmoothingGamma = 0.4;
 
 /// Returns the smallest box around the image of a box.
 Bounds3 moved(const Bounds3& box, const Transform& by, bool backwards) {
@@ -30,6 +34,23 @@ Bounds3 moved(const Bounds3& box, const Transform& by, bool backwards) {
 
 /// Returns whether light sources change what a surface shows.
 bool needs_light(const Finish& finish) { return finish.diffuse > 0 || finish.phong > 0 || finish.specular > 0; }
+
+bool differ(const Colour& a, const Colour& b) {
+  const auto weighed = [](double light) { return std::pow(std::max(0.0, light), kSmoothingGamma); };
+  return std::abs(weighed(a.x) - weighed(b.x)) + std::abs(weighed(a.y) - weighed(b.y)) +
+             std::abs(weighed(a.z) - weighed(b.z)) >=
+         kSmoothingThreshold;
+}
+
+/// The pixels of a block, with one column to its left and one row above it.
+struct SmoothedBlock {
+  struct Pixel {
+    Colour colour{};
+    bool is_smooth = false;
+  };
+  Pixel& at(int x, int y) { return pixels[std::size_t(y + 1)][std::size_t(x + 1)]; }
+  std::array<std::array<Pixel, kBlock_px + 1>, kBlock_px + 1> pixels{};
+};
 
 }  // namespace
 
@@ -70,9 +91,9 @@ NativeView::NativeView(EvaluatedScene scene, const ViewTemplate& view_template)
     : scene_(std::move(scene)),
       width_px_(view_template.width_px),
       height_px_(view_template.height_px),
+      antialias_(view_template.antialias),
       window_(view_template.window.value_or(Window{0, width_px_ - 1, 0, height_px_ - 1})),
       robot_(view_template.carrier) {
-  for (int row = window_.first_row; row <= window_.last_row; row += kBandRows) bands_.push_back(row);
   if (robot_ >= 0) plan();
 }
 
@@ -126,7 +147,9 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray) {
   return pixel;
 }
 
-bool NativeView::is_view_clear(const Poses& poses) const {
+bool NativeView::is_plan_valid(const Poses& poses) const {
+  if (robot_ < 0 || std::size_t(robot_) >= poses.movers.size()) return false;
+  if (poses.movers[std::size_t(robot_)] != poses.view) return false;
   const Bounds3 sight = moved(sight_, poses.view, false);
   const auto& groups = scene_.groups();
   for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -140,38 +163,89 @@ bool NativeView::is_view_clear(const Poses& poses) const {
   return true;
 }
 
-void NativeView::render(const Poses& poses, int band, Image& image) const {
-  const bool planned = robot_ >= 0 && std::size_t(robot_) < poses.movers.size() &&
-                       poses.movers[std::size_t(robot_)] == poses.view && is_view_clear(poses);
-  const int first = bands_[std::size_t(band)];
-  const int last = std::min(first + kBandRows - 1, window_.last_row);
-  for (int y = first; y <= last; ++y) {
-    for (int x = window_.first_column; x <= window_.last_column; ++x) {
-      const std::size_t index = std::size_t(y) * std::size_t(width_px_) + std::size_t(x);
-      const FixedPixel kAny{};
-      const FixedPixel& pixel = planned ? fixed_[index] : kAny;
-      Colour colour = pixel.colour;
-      if (pixel.kind == FixedPixel::Kind::kAny) {
-        const Ray ray = camera_ray(x + 0.5, y + 0.5);
-        const Ray moved_ray{poses.view.point(ray.origin), normalized(poses.view.direction(ray.direction))};
-        colour = traced(scene_, poses, moved_ray, RayKind::kFromCamera, 1, 1);
-      } else if (pixel.kind == FixedPixel::Kind::kMirror) {
-        const Ray ray{poses.view.point(pixel.reflected.origin), poses.view.direction(pixel.reflected.direction)};
-        const double weight = std::max({pixel.share.x, pixel.share.y, pixel.share.z});
-        Colour seen;
-        if (const auto meeting = nearest(scene_, poses, ray, RayKind::kReflected, ~own_, pixel.own_t)) {
-          seen = shaded(scene_, poses, ray, *meeting, 2, weight);
-        } else if (pixel.meets_own) {
-          seen = traced(scene_, poses, ray, RayKind::kReflected, 2, weight);
-        } else {
-          seen = sky_colour(scene_.scene(), ray.direction);
-        }
-        colour += pixel.share * seen;
+int NativeView::bands() const { return (window_.last_row - window_.first_row) / kBlock_px + 1; }
+
+std::size_t NativeView::mirror_pixels() const {
+  return std::size_t(std::ranges::count(fixed_, FixedPixel::Kind::kMirror, &FixedPixel::kind));
+}
+
+Colour NativeView::seen_through(const Poses& poses, double column, double row) const {
+  const Ray ray = camera_ray(column, row);
+  const Ray there{poses.view.point(ray.origin), normalized(poses.view.direction(ray.direction))};
+  return traced(scene_, poses, there, RayKind::kFromCamera, 1, 1);
+}
+
+Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const {
+  const bool is_inside =
+      x >= window_.first_column && x <= window_.last_column && y >= window_.first_row && y <= window_.last_row;
+  if (!planned || !is_inside) return seen_through(poses, x + 0.5, y + 0.5);
+  const FixedPixel& pixel = fixed_[std::size_t(y) * std::size_t(width_px_) + std::size_t(x)];
+  switch (pixel.kind) {
+    case FixedPixel::Kind::kAny:
+      return seen_through(poses, x + 0.5, y + 0.5);
+    case FixedPixel::Kind::kConstant:
+      return pixel.colour;
+    case FixedPixel::Kind::kMirror:
+      break;
+  }
+  const Ray ray{poses.view.point(pixel.reflected.origin), poses.view.direction(pixel.reflected.direction)};
+  const double weight = std::max({pixel.share.x, pixel.share.y, pixel.share.z});
+  Colour seen;
+  if (const auto meeting = nearest(scene_, poses, ray, RayKind::kReflected, ~own_, pixel.own_t)) {
+    seen = shaded(scene_, poses, ray, *meeting, 2, weight);
+  } else if (pixel.meets_own) {
+    seen = traced(scene_, poses, ray, RayKind::kReflected, 2, weight);
+  } else {
+    seen = sky_colour(scene_.scene(), ray.direction);
+  }
+  return pixel.colour + pixel.share * seen;
+}
+
+void NativeView::render(const Poses& poses, int antialias, int band, Image& image) const {
+  const bool planned = is_plan_valid(poses);
+  const auto store = [&](int x, int y, const Colour& colour) {
+    std::uint8_t* bytes = image.bytes.data() + 3 * (std::size_t(y) * std::size_t(width_px_) + std::size_t(x));
+    bytes[0] = srgb_byte(colour.x);
+    bytes[1] = srgb_byte(colour.y);
+    bytes[2] = srgb_byte(colour.z);
+  };
+  const int top = window_.first_row + band * kBlock_px;
+  const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
+  for (int left = window_.first_column; left <= window_.last_column; left += kBlock_px) {
+    const int right = std::min(left + kBlock_px - 1, window_.last_column);
+    if (antialias == 1) {
+      for (int y = top; y <= bottom; ++y) {
+        for (int x = left; x <= right; ++x) store(x, y, centre(poses, planned, x, y));
       }
-      std::uint8_t* bytes = image.bytes.data() + 3 * index;
-      bytes[0] = srgb_byte(colour.x);
-      bytes[1] = srgb_byte(colour.y);
-      bytes[2] = srgb_byte(colour.z);
+      continue;
+    }
+    SmoothedBlock block;
+    const auto smooth = [&](int x, int y) {
+      SmoothedBlock::Pixel& pixel = block.at(x - left, y - top);
+      if (pixel.is_smooth) return;
+      pixel.is_smooth = true;
+      for (int j = 0; j < antialias; ++j) {
+        for (int i = 0; i < antialias; ++i) {
+          pixel.colour += seen_through(poses, x + (i + 0.5) / antialias, y + (j + 0.5) / antialias);
+        }
+      }
+      pixel.colour = pixel.colour / (antialias * antialias + 1);
+    };
+    for (int y = top - 1; y <= bottom; ++y) {
+      for (int x = left - 1; x <= right; ++x) {
+        SmoothedBlock::Pixel& pixel = block.at(x - left, y - top);
+        pixel.colour = centre(poses, planned, x, y);
+        if (x < left || y < top) continue;
+        // A neighbour counts as it is at this moment, and those of another block are not changed.
+        const bool differs_left = differ(pixel.colour, block.at(x - 1 - left, y - top).colour);
+        const bool differs_above = differ(pixel.colour, block.at(x - left, y - 1 - top).colour);
+        if (differs_left && x > left) smooth(x - 1, y);
+        if (differs_above && y > top) smooth(x, y - 1);
+        if (differs_left || differs_above) smooth(x, y);
+      }
+    }
+    for (int y = top; y <= bottom; ++y) {
+      for (int x = left; x <= right; ++x) store(x, y, block.at(x - left, y - top).colour);
     }
   }
 }

@@ -28,10 +28,14 @@ class NativeView {
   static Result<std::shared_ptr<const NativeView>> make(const ViewTemplate& view_template, const std::string& path,
                                                         const IncludeReader& read);
 
-  /// Renders some of the image's rows of tiles into an image of the view's size, which is black at first.
-  /// @param band from 0 to below bands()
-  void render(const Poses& poses, int band, Image& image) const;
-  [[nodiscard]] int bands() const { return int(bands_.size()); }
+  /// Renders some of the rows into an image of the view's size, which is black at first. Different bands may be
+  /// rendered at the same time. @param band from 0 to below bands()
+  void render(const Poses& poses, int band, Image& image) const { render(poses, antialias_, band, image); }
+  /// Does so without anti-aliasing.
+  void render_plain(const Poses& poses, int band, Image& image) const { render(poses, 1, band, image); }
+  [[nodiscard]] int bands() const;
+  /// Returns the number of pixels that show the robot's own mirror; 0 if it is not known.
+  [[nodiscard]] std::size_t mirror_pixels() const;
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
 
@@ -55,16 +59,22 @@ class NativeView {
   [[nodiscard]] Ray camera_ray(double column, double row) const;
   [[nodiscard]] FixedPixel fixed_pixel(const Ray& ray);
   void plan();
-  [[nodiscard]] bool is_view_clear(const Poses& poses) const;
+  /// Returns whether the camera sees nothing but the robot where fixed_ says so.
+  [[nodiscard]] bool is_plan_valid(const Poses& poses) const;
+  void render(const Poses& poses, int antialias, int band, Image& image) const;
+  /// Returns what the camera sees through a point of the image.
+  [[nodiscard]] Colour seen_through(const Poses& poses, double column, double row) const;
+  /// Returns what a pixel's centre shows. @param planned is_plan_valid()
+  [[nodiscard]] Colour centre(const Poses& poses, bool planned, int x, int y) const;
 
   TracedScene scene_;
   int width_px_, height_px_;
+  int antialias_;
   Window window_;
   GroupSet own_ = 0;  ///< the robot and what moves with the view
   int robot_ = -1;    ///< the mover that moves as the view does
   std::vector<FixedPixel> fixed_{};
-  Bounds3 sight_{};           ///< holds the rays from the camera to fixed pixels
-  std::vector<int> bands_{};  ///< first rows
+  Bounds3 sight_{};  ///< holds the rays from the camera to what fixed pixels show
 };
 
 }  // namespace twocone::sim_povray

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/render/native/native_renderer.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/hash.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The same scene may give other pixels to another version of either program.
+constexpr std::string_view kCacheFormat = "native 1 " TWOCONE_VERSION;
+
+std::chrono::nanoseconds thread_time() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+/// Returns the number of pixels that differ by more than one level.
+std::size_t differing(const Image& a, const Image& b) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + 2 < a.bytes.size(); i += 3) {
+    bool differs = false;
+    for (std::size_t k = i; k < i + 3; ++k) differs = differs || std::abs(int(a.bytes[k]) - int(b.bytes[k])) > 1;
+    count += differs ? 1 : 0;
+  }
+  return count;
+}
+
+Image black(const NativeView& view) {
+  const std::size_t pixels = std::size_t(view.width_px()) * std::size_t(view.height_px());
+  return {view.width_px(), view.height_px(), PixelFormat::kRgb8, Bytes(std::vector<std::uint8_t>(3 * pixels))};
+}
+
+}  // namespace
+
+/// An image in the making: workers take its bands one by one.
+struct NativeRenderer::Picture {
+  Order order;
+  std::shared_ptr<const NativeView> view;
+  Poses poses;
+  Image image;
+  int next_band = 0;  // under mutex_, as is the next
+  int open_bands = 0;
+  std::atomic<std::chrono::nanoseconds::rep> cpu{0};
+};
+
+NativeRenderer::NativeRenderer(NativeSettings settings, std::optional<Reference> reference)
+    : settings_(std::move(settings)), reference_(std::move(reference)) {}
+
+NativeRenderer::~NativeRenderer() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  stop_.raise();
+  changed_.notify_all();
+  for (std::thread& worker : workers_) worker.join();
+  for (Order& order : held_) order.done(closed_error(order.job.label, "started"));
+  for (const auto& picture : pictures_) picture->order.done(closed_error(picture->order.job.label, "finished"));
+}
+
+std::shared_ptr<void> NativeRenderer::expect_view() {
+  const std::lock_guard lock(mutex_);
+  ++expected_;
+  // The pointer's value does not matter, only that it is released.
+  return {static_cast<void*>(this), [this](void* /*self*/) { release(); }};
+}
+
+void NativeRenderer::release() {
+  std::deque<Order> ready;
+  {
+    const std::lock_guard lock(mutex_);
+    if (--expected_ > 0) return;
+    ready = std::exchange(held_, {});
+  }
+  for (Order& order : ready) start(std::move(order));
+}
+
+void NativeRenderer::prepare(const std::shared_ptr<const ViewTemplate>& view_template, const std::string& pose) {
+  std::string read_files;
+  SceneAccess access = settings_.access;
+  const IncludeReader read = [reader = include_reader(access), &read_files](const std::string& name) {
+    auto file = reader(name);
+    if (file) read_files += fmt::format("{} {:x}\n", file->path, base::fnv1a(file->text));
+    return file;
+  };
+  auto view = NativeView::make(*view_template, settings_.scene.string(), read);
+  std::string obstacle;
+  if (!view) {
+    obstacle = view.error().message;
+  } else if (reference_) {
+    obstacle = difference(**view, *view_template, pose);
+  }
+  const std::lock_guard lock(mutex_);
+  if (view) {
+    views_[view_template.get()] = *view;
+    templates_.push_back(view_template);
+  }
+  if (obstacle.empty() || !obstacle_.empty()) return;
+  obstacle_ = obstacle;
+  if (settings_.notice && reference_) settings_.notice("POV-Ray renders, because " + obstacle);
+}
+
+std::string NativeRenderer::difference(const NativeView& view, const ViewTemplate& view_template,
+                                       const std::string& pose) const {
+  const auto poses = parse_poses(pose);
+  if (!poses) return "the first pose cannot be read";
+  ViewTemplate plain = view_template;
+  plain.antialias = 1;
+  const auto expected = reference_->povray.render(
+      {"first image, for comparison", std::make_shared<const ViewTemplate>(std::move(plain)), pose, {}}, stop_.fd());
+  if (!expected) return expected.error().message;
+  Image image = black(view);
+  for (int band = 0; band < view.bands(); ++band) view.render_plain(*poses, band, image);
+  const std::size_t off = differing(image, **expected);
+  const std::size_t mirror = view.mirror_pixels();
+  const std::size_t of = mirror > 0 ? mirror : image.bytes.size() / 3;
+  if (double(off) <= kMostDifferent * double(of)) return {};
+  return fmt::format("the native renderer differs from it in {} of {} pixels of the {}", off, of,
+                     mirror > 0 ? "mirror" : "image");
+}
+
+void NativeRenderer::submit(RenderJob job, Done done) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (expected_ > 0) {
+      held_.push_back({std::move(job), std::move(done)});
+      return;
+    }
+  }
+  start({std::move(job), std::move(done)});
+}
+
+void NativeRenderer::start(Order order) {
+  auto picture = std::make_shared<Picture>();
+  std::string why;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto view = views_.find(order.job.view_template.get());
+    if (obstacle_.empty() && view != views_.end()) picture->view = view->second;
+    why = obstacle_;
+  }
+  if (!picture->view) {
+    if (reference_) return reference_->renderer->submit(std::move(order.job), std::move(order.done));
+    return order.done(Error(ErrorCode::kRefused, "{}: {}", order.job.label, why));
+  }
+  auto poses = parse_poses(order.job.pose);
+  if (!poses) return order.done(Error(ErrorCode::kBadData, "{}: its pose cannot be read", order.job.label));
+  picture->poses = *std::move(poses);
+  picture->image = black(*picture->view);
+  picture->order = std::move(order);
+  picture->open_bands = picture->view->bands();
+  {
+    const std::lock_guard lock(mutex_);
+    try {
+      while (workers_.size() < std::max(1U, std::thread::hardware_concurrency())) {
+        workers_.emplace_back([this] { work(); });
+      }
+    } catch (const std::system_error& e) {  // the machine has no thread left: the existing ones do it
+      if (workers_.empty()) {
+        return picture->order.done(
+            Error(ErrorCode::kUnavailable, "{}: no thread is available: {}", picture->order.job.label, e.what()));
+      }
+    }
+    pictures_.push_back(std::move(picture));
+  }
+  changed_.notify_all();
+}
+
+void NativeRenderer::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return stopping_ || !pictures_.empty(); });
+    if (stopping_) return;
+    const std::shared_ptr<Picture> picture = pictures_.front();
+    const int band = picture->next_band++;
+    if (picture->next_band == picture->view->bands()) pictures_.pop_front();
+    lock.unlock();
+    const auto begin = thread_time();
+    picture->view->render(picture->poses, band, picture->image);
+    picture->cpu += (thread_time() - begin).count();
+    lock.lock();
+    if (--picture->open_bands > 0) continue;
+    lock.unlock();
+    const RenderJob& job = picture->order.job;
+    if (job.used) job.used({std::chrono::nanoseconds(picture->cpu.load()), 0});
+    picture->order.done(std::make_shared<const Image>(std::move(picture->image)));
+    lock.lock();
+  }
+}
+
+std::string NativeRenderer::describe() const {
+  const std::lock_guard lock(mutex_);
+  if (obstacle_.empty()) return reference_ ? "native, compared with POV-Ray" : "native, unchecked";
+  return reference_ ? fmt::format("{} (not native: {})", reference_->renderer->describe(), obstacle_) : obstacle_;
+}
+
+}  // namespace twocone::sim_povray

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/child_process.h"
+#include "drivers/sim_povray/render/native/native_view.h"
+#include "drivers/sim_povray/render/povray/povray.h"
+#include "drivers/sim_povray/render/povray/scene_access.h"
+#include "drivers/sim_povray/render/renderer.h"
+
+namespace twocone::sim_povray {
+
+struct NativeSettings {
+  std::filesystem::path scene;  ///< for messages
+  SceneAccess access;           ///< what the scene may read
+  /// Where the outcomes of checks are kept between runs; empty: nowhere.
+  std::filesystem::path cache{};
+  /// Receives one line for a person if POV-Ray renders after all. Called from any thread.
+  std::function<void(const std::string&)> notice{};
+};
+
+/// POV-Ray, which the native renderer is compared with and gives way to.
+struct Reference {
+  Povray povray;
+  std::unique_ptr<Renderer> renderer;
+};
+
+/// Renders with the native tracer where it is known to agree with POV-Ray.
+///
+/// The first image of each view is rendered by both, without anti-aliasing. If more than kMostDifferent of the mirror's
+/// pixels differ by more than one level of 255, or if the scene uses what the tracer does not know, POV-Ray renders all
+/// images from then on. There is no thread before the first view is prepared.
+class NativeRenderer final : public Renderer {
+ public:
+  static constexpr double kMostDifferent = 0.001;
+
+  /// @param reference none: nothing is checked, and a scene that the tracer does not know is an error
+  NativeRenderer(NativeSettings settings, std::optional<Reference> reference);
+  /// Answers what waits with kDisconnected.
+  ~NativeRenderer() override;
+
+  void submit(RenderJob job, Done done) override;
+  [[nodiscard]] std::shared_ptr<void> expect_view() override;
+  void prepare(const std::shared_ptr<const ViewTemplate>& view_template, const std::string& pose) override;
+  [[nodiscard]] std::string describe() const override;
+
+ private:
+  struct Order {
+    RenderJob job;
+    Done done;
+  };
+  struct Picture;
+
+  /// Returns why POV-Ray must render the view; empty: the tracer agrees with it.
+  [[nodiscard]] std::string difference(const NativeView& view, const ViewTemplate& view_template,
+                                       const std::string& pose) const;
+  void release();
+  void start(Order order);
+  void work();
+
+  const NativeSettings settings_;
+  std::optional<Reference> reference_;
+  base::StopSignal stop_;
+  mutable std::mutex mutex_;  // protects all members below
+  std::condition_variable changed_;
+  int expected_ = 0;      // views that are being prepared
+  std::string obstacle_;  // why POV-Ray renders; empty: it does not
+  std::map<const ViewTemplate*, std::shared_ptr<const NativeView>> views_;
+  std::vector<std::shared_ptr<const ViewTemplate>> templates_;  // keeps the keys of views_ alive
+  std::deque<Order> held_;
+  std::deque<std::shared_ptr<Picture>> pictures_;  // to be rendered, oldest first
+  bool stopping_ = false;
+  std::vector<std::thread> workers_;
+};
+
+}  // namespace twocone::sim_povray
