@@ -49,8 +49,17 @@ struct SceneSwitches {
 /// Greatest width and height of an image. Its size in bytes does not overflow.
 constexpr int kMaxSide_px = 16384;
 
+/// The program's own renderer is many times faster than POV-Ray, but knows only a part of its language.
+enum class RendererKind {
+  kAuto,    ///< the native renderer where its first image agrees with POV-Ray's, else POV-Ray
+  kNative,  ///< the native renderer, unchecked
+  kPovray,
+};
+
 /// The settings of rendering. The defaults suit two cores.
 struct RenderSettings {
+  RendererKind renderer = RendererKind::kAuto;
+  std::filesystem::path cache{};  ///< folder for what is known of a scene between runs; empty: nothing is kept
   std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH
   int processes = 8;              ///< POV-Ray processes at one time, >= 1; more than cores, since each sleeps at times
   bool hold = true;               ///< keep processes between images; off: one process per image

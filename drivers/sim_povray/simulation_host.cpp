@@ -20,6 +20,7 @@
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/image_pipeline.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
+#include "drivers/sim_povray/render/native/native_renderer.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/robot_session.h"
@@ -175,7 +176,12 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
                                                     const CameraSettings& size, int antialias) {
     auto& view_template = view_templates_[{camera.name, size.width_px, size.height_px, antialias}];
     if (view_template) return view_template;
-    const auto make = [=, this] { return make_view_template(robot, camera, size, antialias); };
+    const auto make = [=, this, pose = pose_text(robot.name, std::chrono::nanoseconds(0)),
+                       expected = renderer_->expect_view()] {
+      auto made = make_view_template(robot, camera, size, antialias);
+      if (made) renderer_->prepare(*made, pose);
+      return made;
+    };
     return view_template = looks_for_mirror() ? std::make_shared<FutureViewTemplate>(make)
                                               : std::make_shared<FutureViewTemplate>(make());
   }
@@ -437,10 +443,21 @@ Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings
   auto stage = set_stage(place, *scene);
   if (!stage) return stage.error();
   auto povray = confined_povray(place, stage->choice.calls);
-  if (!povray) return povray.error();
-  auto renderer = make_renderer(*povray, place.render);
+  if (!povray && place.render.renderer != RendererKind::kNative) return povray.error();
+  std::unique_ptr<Renderer> renderer;
+  if (place.render.renderer == RendererKind::kPovray) {
+    renderer = make_renderer(*povray, place.render);
+  } else {
+    std::optional<Reference> reference;
+    if (place.render.renderer == RendererKind::kAuto) reference.emplace(*povray, make_renderer(*povray, place.render));
+    renderer = std::make_unique<NativeRenderer>(NativeSettings{place.scene, SceneAccess(place.scene, place.scene_paths),
+                                                               place.render.cache, place.render.notice},
+                                                std::move(reference));
+  }
+  std::optional<Povray> mirror_finder;
+  if (povray) mirror_finder = *std::move(povray);
   return std::shared_ptr<SimulationHost>(
-      std::make_shared<LocalHost>(place, *std::move(stage), *std::move(povray), std::move(renderer)));
+      std::make_shared<LocalHost>(place, *std::move(stage), std::move(mirror_finder), std::move(renderer)));
 }
 
 }  // namespace twocone::sim_povray

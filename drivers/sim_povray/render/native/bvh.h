@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "drivers/sim_povray/render/native/shapes.h"
@@ -46,13 +46,13 @@ class Bvh {
     open[depth++] = 0;
     while (depth > 0) {
       const Node& node = nodes_[std::size_t(open[--depth])];
-      if (entry(node.bounds, ray.origin, inverse, t_min, t_max) > t_max) continue;
+      if (entry(node.bounds, ray.origin, inverse, t_min, t_max) == kMissed) continue;
       if (node.count == 0) {
         const double left = entry(nodes_[std::size_t(node.first)].bounds, ray.origin, inverse, t_min, t_max);
         const double right = entry(nodes_[std::size_t(node.first) + 1].bounds, ray.origin, inverse, t_min, t_max);
         const bool left_first = left <= right;
-        if (std::max(left, right) <= t_max) open[depth++] = left_first ? node.first + 1 : node.first;
-        if (std::min(left, right) <= t_max) open[depth++] = left_first ? node.first : node.first + 1;
+        if (std::max(left, right) < kMissed) open[depth++] = left_first ? node.first + 1 : node.first;
+        if (std::min(left, right) < kMissed) open[depth++] = left_first ? node.first : node.first + 1;
         continue;
       }
       for (int i = node.first; i < node.first + node.count; ++i) {
@@ -63,8 +63,9 @@ class Bvh {
 
  private:
   static constexpr std::size_t kMostDepth = 64;
+  static constexpr double kMissed = std::numeric_limits<double>::infinity();
 
-  /// Returns where the ray enters the box, at least t_min; infinity if it misses it.
+  /// Returns where the ray enters the box, at least t_min; kMissed if it does not within [t_min, t_max].
   static double entry(const Bounds3& box, const Vec3& origin, const Vec3& inverse, double t_min, double t_max) {
     // A ray in the plane of a face gives 0 * infinity = NaN there, and fmin and fmax ignore NaN: it counts as inside.
     double low = t_min;
@@ -78,7 +79,7 @@ class Bvh {
     cut(box.low.x, box.high.x, origin.x, inverse.x);
     cut(box.low.y, box.high.y, origin.y, inverse.y);
     cut(box.low.z, box.high.z, origin.z, inverse.z);
-    return low <= high ? low : HUGE_VAL;
+    return low <= high ? low : kMissed;
   }
 
   void build(const std::vector<Bounds3>& boxes, std::size_t node, int first, int count, std::size_t depth);

@@ -29,7 +29,7 @@ inline constexpr double kSmallestSquare = std::numeric_limits<double>::min() / s
 inline double component(const Vec3& v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 /// A stretch of a ray.
-struct Stretch {
+struct RaySpan {
   double low = -kInfinity;
   double high = kInfinity;
 
@@ -56,10 +56,10 @@ struct Nothing {
 /// The patches of a box: 2 axis + (1 on the high side).
 template <class Found>
 void cross_box(const Ray& ray, const Vec3& low, const Vec3& high, Found&& found) {
-  Stretch inside;
+  RaySpan inside;
   int first = 0, last = 0;
   const auto cut = [&](double origin, double slope, double from, double to, int patch) {
-    const Stretch before = inside;
+    const RaySpan before = inside;
     if (!inside.cut(origin, slope, from, to)) return false;
     if (inside.low > before.low) first = patch + (slope < 0 ? 1 : 0);
     if (inside.high < before.high) last = patch + (slope > 0 ? 1 : 0);
@@ -183,7 +183,7 @@ struct UprightCylinder {
 
   template <class Found>
   void cross(const Ray& ray, Found&& found) const {
-    Stretch inside;
+    RaySpan inside;
     if (!inside.cut(ray.origin.y, ray.direction.y, low, high)) return;
     int first = ray.direction.y > 0 ? kConeLowEnd : kConeHighEnd;
     int last = ray.direction.y > 0 ? kConeHighEnd : kConeLowEnd;
@@ -236,7 +236,7 @@ struct PlacedCone : Placed {
     const double shift = -dot(far.origin, d) / dot(d, d);
     const Vec3 p = far.at(shift);  // nearest to the small end
 
-    Stretch inside;
+    RaySpan inside;
     if (!inside.cut(p.z, d.z, 0, 1)) return;
     const double slope = 1 - small;
     const double a = d.x * d.x + d.y * d.y - slope * slope * d.z * d.z;
@@ -250,7 +250,7 @@ struct PlacedCone : Placed {
       return;
     }
     // Within the slab, the points inside the side are those where the quadratic is negative.
-    Stretch side;
+    RaySpan side;
     if (roots.count == 0) {
       if (c > 0) return;
       // Inside all along: parallel to the axis of a cylinder. A line inside of both nappes goes through the tip, and
@@ -341,13 +341,13 @@ struct PlacedTorus : Placed {
 };
 
 /// A side of a contour in a plane.
-struct Edge {
+struct ContourEdge {
   double from_x, from_z, to_x, to_z;
 };
 /// Returns whether a half line from the point crosses an odd number of edges. Each edge holds one of its ends only.
-inline bool within(const std::vector<Edge>& edges, double x, double z) {
+inline bool within(const std::vector<ContourEdge>& edges, double x, double z) {
   bool odd = false;
-  for (const Edge& e : edges) {
+  for (const ContourEdge& e : edges) {
     if ((e.from_z > z) == (e.to_z > z)) continue;
     const double u = (z - e.from_z) / (e.to_z - e.from_z);
     if (x < e.from_x + u * (e.to_x - e.from_x)) odd = !odd;
@@ -359,19 +359,19 @@ inline bool within(const std::vector<Edge>& edges, double x, double z) {
 struct PlacedPrism : Placed {
   double low, high;
   bool open;
-  std::vector<Edge> edges;
+  std::vector<ContourEdge> edges;
 
   template <class Found>
   void cross(const Ray& ray, Found&& found) const {
     const Ray r = own(ray);
     const Vec3 &o = r.origin, &d = r.direction;
-    Stretch inside;
+    RaySpan inside;
     if (!inside.cut(o.y, d.y, low, high)) return;
     const double square = d.x * d.x + d.z * d.z;
     for (std::size_t i = 0; i < edges.size(); ++i) {
       // The sides on which the two ends lie; an end that edges share has the same for both, so that no ray slips
       // between them.
-      const Edge& e = edges[i];
+      const ContourEdge& e = edges[i];
       const double from = d.x * (e.from_z - o.z) - d.z * (e.from_x - o.x);
       const double to = d.x * (e.to_z - o.z) - d.z * (e.to_x - o.x);
       if ((from >= 0) == (to >= 0)) continue;
@@ -396,7 +396,7 @@ struct PlacedPrism : Placed {
 
 /// In its frame: in the plane y = 0. For POV-Ray it has no inside.
 struct PlacedPolygon : Placed {
-  std::vector<Edge> edges;
+  std::vector<ContourEdge> edges;
 
   template <class Found>
   void cross(const Ray& ray, Found&& found) const {

@@ -66,17 +66,17 @@ Bounds3 enlarged(const Bounds3& b) {
 }
 
 /// Returns the box around the edges, at y = 0.
-Bounds3 around_edges(const std::vector<Edge>& edges) {
+Bounds3 around_edges(const std::vector<ContourEdge>& edges) {
   Bounds3 bounds{{kInfinity, 0, kInfinity}, {-kInfinity, 0, -kInfinity}};
-  for (const Edge& e : edges) {
+  for (const ContourEdge& e : edges) {
     const Vec3 from{e.from_x, 0, e.from_z}, to{e.to_x, 0, e.to_z};
     bounds = around_both(bounds, {lowest(from, to), highest(from, to)});
   }
   return bounds;
 }
 
-std::vector<Edge> edges_of(const std::vector<Contour>& contours) {
-  std::vector<Edge> edges;
+std::vector<ContourEdge> edges_of(const std::vector<Contour>& contours) {
+  std::vector<ContourEdge> edges;
   for (const Contour& contour : contours) {
     for (std::size_t i = 1; i < contour.size(); ++i) {
       const auto& [from_x, from_z] = contour[i - 1];
@@ -185,13 +185,13 @@ Primitive traced_disc(const FlatDisc& disc, const Transform& placed) {
 Primitive traced_polygon(const Polygon& polygon, const Transform& placed) {
   // The contours' plane z = 0 becomes the plane y = 0 of the frame.
   const auto exchange = Transform::matrix({Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, 1, 0}}, {});
-  std::vector<Edge> edges = edges_of(polygon.contours);
+  std::vector<ContourEdge> edges = edges_of(polygon.contours);
   if (edges.empty()) return Nothing{};
   return PlacedPolygon{{exchange->then(placed)}, std::move(edges)};
 }
 
 Primitive traced_prism(const Prism& prism, const Transform& placed) {
-  std::vector<Edge> edges = edges_of(prism.contours);
+  std::vector<ContourEdge> edges = edges_of(prism.contours);
   if (edges.empty()) return Nothing{};
   return PlacedPrism{
       {placed}, std::min(prism.low, prism.high), std::max(prism.low, prism.high), prism.open, std::move(edges)};
@@ -237,11 +237,11 @@ bool is_positive(const std::array<Vec3, 3>& m) {
 }
 
 /// Returns whether what is beside the edge at (x, z), towards greater x, or greater z if `along_z`, is inside.
-bool is_inside_beyond(const std::vector<Edge>& edges, std::size_t index, double x, double z, bool along_z) {
+bool is_inside_beyond(const std::vector<ContourEdge>& edges, std::size_t index, double x, double z, bool along_z) {
   bool odd = false;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (i == index) continue;
-    Edge e = edges[i];
+    ContourEdge e = edges[i];
     if (along_z) e = {e.from_z, e.from_x, e.to_z, e.to_x};
     const double along = along_z ? z : x, level = along_z ? x : z;
     if ((e.from_z > level) == (e.to_z > level)) continue;
@@ -321,7 +321,7 @@ std::optional<Bounds3> PlacedTorus::bounds() const {
 Vec3 PlacedPrism::normal(const Ray& ray, double t, int patch) const {
   const auto index = static_cast<std::size_t>(patch);
   if (index >= edges.size()) return frame.normal({0, index == edges.size() ? -1.0 : 1.0, 0});
-  const Edge& e = edges[index];
+  const ContourEdge& e = edges[index];
   const Vec3 p = own(ray).at(t);
   const Vec3 normal{e.to_z - e.from_z, 0, e.from_x - e.to_x};
   const bool along_z = std::abs(normal.z) > std::abs(normal.x);
