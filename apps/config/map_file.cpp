@@ -139,7 +139,7 @@ void read_moving(Section& map, const std::optional<Bounds>& bounds, std::vector<
   }
 }
 
-void read_effects(Section& map, SceneEffects& effects) {
+void read_effects(Section& map, SceneEffects& effects, sim_povray::RendererKind& renderer) {
   Section* section = map.section("effects", "which of the scene's effects are rendered", Need::kOptional);
   if (section == nullptr) return;
   section->flag("shadows", "", effects.shadows, Need::kOptional);
@@ -149,6 +149,14 @@ void read_effects(Section& map, SceneEffects& effects) {
   section->flag("media", "", effects.media, Need::kOptional);
   const Quantity reflection_depth{"reflections of reflections", kNoUnit, {.least = 1, .greatest = 256}};
   section->whole("reflection_depth", reflection_depth, effects.reflection_depth);
+  std::string name;
+  section->text("renderer", "which program renders", name, Need::kOptional);
+  if (name.empty()) return;
+  if (const auto named = sim_povray::renderer_named(name)) {
+    renderer = *named;
+  } else {
+    section->complain("renderer", kNoUnit, "auto, native or povray");
+  }
 }
 
 void read_scene_paths(Section& map, const std::filesystem::path& file, std::vector<std::filesystem::path>& paths) {
@@ -230,7 +238,7 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
   read_landmarks(root, bounds, map.landmarks);
   read_obstacles(root, map.obstacles);
   read_moving(root, bounds, map.moving);
-  read_effects(root, map.effects);
+  read_effects(root, map.effects, map.renderer);
   reading.finish();
   return map;
 }

@@ -46,6 +46,8 @@ struct Map {
   std::vector<Obstacle> obstacles;  ///< other than landmarks and walls
   std::vector<Moving> moving;       ///< simulation only
   SceneEffects effects;             ///< simulation only
+  /// `effects: {renderer: ...}`, simulation only
+  sim_povray::RendererKind renderer = sim_povray::RendererKind::kAuto;
 
   friend bool operator==(const Map&, const Map&) = default;
 };

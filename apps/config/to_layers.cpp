@@ -91,6 +91,7 @@ sim_povray::PlaceSettings place_of(const Map& map) {
   place.scene_paths = map.scene_paths;
   place.unit_m = map.unit_m;
   place.switches = map.effects;
+  place.render.renderer = map.renderer;
   return place;
 }
 

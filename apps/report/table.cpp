@@ -305,9 +305,11 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
   const Method with_stages = method == to_string(Method::kPaper) ? Method::kPaper : Method::kOutline;
   const auto budget_s = estimation::time_limit_of(with_stages, robot);
   const std::string time_budget = budget_s ? fmt::format(" --budget-ms {:.12g}", *budget_s * 1e3) : "";
-  return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {}{} --seed {}",
+  const std::string renderer =
+      info.renderer.empty() ? "" : " --renderer " + info.renderer.substr(0, info.renderer.find(' '));
+  return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {}{}{} --seed {}",
                      shell_word(robot.file.string()), shell_word(info.behaviour), info.frames_wanted,
-                     shell_word(method), time_budget, info.seed);
+                     shell_word(method), time_budget, renderer, info.seed);
 }
 
 std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, const config::Robot& robot,

@@ -48,7 +48,10 @@ struct RunInfo {
   std::string method;     ///< the method at the time of the run
   std::uint64_t seed = 0;
   int frames_wanted = 0;
-  bool truth = false;                         ///< RunOptions::truth
+  bool truth = false;  ///< RunOptions::truth
+  /// What rendered the images: "native", "native unchecked" (it was not compared with POV-Ray) or "povray". Empty: on
+  /// hardware, in a served world, and before the first image.
+  std::string renderer{};
   FileDigests scene_files{};                  ///< the scene and the files that it names; none on hardware
   std::vector<std::string> effects;           ///< active in the simulation, each with its reason; none on hardware
   std::vector<std::string> import_options{};  ///< of kImported: words of the command without --out

@@ -127,6 +127,7 @@ void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::R
   put("seed", info.seed);
   put("frames_wanted", info.frames_wanted);
   if (info.truth) put("truth", true);
+  if (!info.renderer.empty()) put("renderer", info.renderer);
   if (!info.scene_files.empty()) {
     out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
     for (const auto& [file, digest] : info.scene_files) {
@@ -194,6 +195,7 @@ RunYaml read_run_yaml(const fs::path& folder) {
   run.info.method = config::present_name(config::NameOf::kMethod, field<std::string>(node, "method", file));
   run.info.seed = field<std::uint64_t>(node, "seed", file);
   run.info.frames_wanted = field<int>(node, "frames_wanted", file);
+  if (node["renderer"]) run.info.renderer = field<std::string>(node, "renderer", file);
   if (node["truth"]) run.info.truth = field<bool>(node, "truth", file);
   // Runs on hardware and runs of older versions lack this key.
   if (node["scene_files"]) {

@@ -70,6 +70,9 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
   again.method = estimation::method_named(run.info.method);
   again.seed = run.info.seed;
   again.truth = run.info.truth;
+  // Before there was another renderer, all images were POV-Ray's.
+  again.renderer =
+      run.info.renderer.starts_with("native") ? sim_povray::RendererKind::kNative : sim_povray::RendererKind::kPovray;
   again.out = folder;
   again.old = runlog::OldLines::kKeep;
   again.replace = false;

@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <deque>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -104,6 +105,11 @@ class Loop {
     const auto start = places.find("start");
     const std::string start_place = start != places.end() ? start->second : robot_.file.string();
     world.session.body.start_place = start_place;
+    if (options_.renderer) world.place.render.renderer = *options_.renderer;
+    world.place.render.chosen = [this](sim_povray::RendererKind kind, bool is_checked) {
+      const std::lock_guard lock(renderer_mutex_);
+      renderer_ = fmt::format("{}{}", to_string(kind), is_checked ? "" : " unchecked");
+    };
     world.place.render.notice = [this](const std::string& notice) { record_.note_later(notice); };
     if (is_served) {  // only the server knows the scene
       record_.info().effects.push_back(
@@ -207,6 +213,11 @@ class Loop {
       if (*checked) record_.note(**checked);
     }
     for (const std::string& warning : rim_warnings(robot_, lower, upper)) record_.note(warning);
+    {
+      const std::lock_guard lock(renderer_mutex_);
+      record_.info().renderer = renderer_;
+    }
+    if (!record_.info().renderer.empty()) record_.write_yaml();  // resume() reads it
     return {};
   }
 
@@ -251,6 +262,8 @@ class Loop {
   const Progress& progress_;
   const std::atomic<bool>& stop_;
   const SteadyTime begin_ = std::chrono::steady_clock::now();
+  std::mutex renderer_mutex_;
+  std::string renderer_;  // RunInfo::renderer, from a thread of the renderer
   RunRecord record_;
   Steering steering_;
   FrameAnswers answers_;

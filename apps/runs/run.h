@@ -30,7 +30,9 @@ struct RunOptions {
   /// stored images, and continues after the last of them.
   runlog::OldLines old = runlog::OldLines::kDrop;
   bool replace = false;  ///< a run in `out` is removed (locked_folder.h) after the robot has been opened
-  bool truth = false;    ///< also writes the true content of each mirror pixel (runlog::write_truth)
+  /// The renderer of a simulation; none: the map's.
+  std::optional<sim_povray::RendererKind> renderer{};
+  bool truth = false;  ///< also writes the true content of each mirror pixel (runlog::write_truth)
   /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< receives each of RunInfo::events at once; may be empty

@@ -125,6 +125,15 @@ void add_log_level(CLI::App& program) {
   }
 }
 
+CLI::Option* add_renderer(CLI::App* command, std::optional<sim_povray::RendererKind>& kind) {
+  return command
+      ->add_option_function<std::string>(
+          "--renderer", [&kind](const std::string& name) { kind = sim_povray::renderer_named(name); },
+          "What renders a simulation: auto (the native renderer if its first image agrees with\n"
+          "POV-Ray's, else POV-Ray), native (unchecked) or povray (default: from the map, else auto)")
+      ->check(CLI::IsMember({"auto", "native", "povray"}));
+}
+
 CLI::Validator whole_number() {
   return CLI::Validator(
       [](std::string& text) {

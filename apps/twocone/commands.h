@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 
 #include "apps/twocone/terminal.h"
 #include "base/errors.h"
+#include "drivers/sim_povray/place.h"
 #include "hal/result.h"
 
 /// The subcommands of twocone and their common parts.
@@ -79,6 +81,9 @@ void add_help(CLI::App& program);
 
 /// Adds the option --log-level to the subcommands that open devices or take long. Requires that they exist already.
 void add_log_level(CLI::App& program);
+
+/// Adds --renderer.
+CLI::Option* add_renderer(CLI::App* command, std::optional<sim_povray::RendererKind>& kind);
 
 /// Adds an option with a check. --help shows its default value.
 template <typename Value>

@@ -219,6 +219,7 @@ void add_run(CLI::App& program) {
   add_checked(command, "--patience", options->patience_s,
               "Seconds to wait for a device that fails, with the wheels stopped (real robots)",
               number_within(0, 86'400));
+  add_renderer(command, options->run.renderer);
   command->add_flag("--truth", options->run.truth,
                     "Also write the true content of each mirror pixel (simulation; 6 renderings per frame)");
   command->add_flag("--force", options->run.replace, "Replace the run that is in --out");

@@ -122,6 +122,7 @@ void effects_with(const EffectsArguments& options) {
 struct ServeArguments {
   std::filesystem::path map;
   std::string name;
+  std::optional<sim_povray::RendererKind> renderer;
 };
 
 /// Returns lab for scenes/lab.map.yaml.
@@ -131,7 +132,9 @@ std::string map_name(const std::filesystem::path& map) {
 }
 
 void serve_with(const ServeArguments& options) {
-  const sim_povray::PlaceSettings place = config::to_place(config::read_map(options.map));
+  config::Map map = config::read_map(options.map);
+  if (options.renderer) map.renderer = *options.renderer;
+  const sim_povray::PlaceSettings place = config::to_place(map);
 
   // After a signal every robot's wheels stop and the name becomes free.
   const std::atomic<bool>& stop = stop_on_signals();
@@ -160,6 +163,7 @@ void add_serve(CLI::App& program) {
       program.add_subcommand("serve", "Run a simulated world for several robots or programs, until it is interrupted");
   command->add_option("--scene", options->map, "Map file of the place (scenes/lab.map.yaml)")->required();
   command->add_option("--name", options->name, "Name for `attach:` of robot files (default: the map file's name)");
+  add_renderer(command, options->renderer);
   command->callback([options] { serve_with(*options); });
 }
 

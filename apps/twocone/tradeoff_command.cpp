@@ -26,6 +26,7 @@ struct TradeoffArguments {
   std::filesystem::path robot;
   std::filesystem::path out;
   tradeoff::PlanOptions plan;
+  std::optional<sim_povray::RendererKind> renderer;
   std::optional<int> shard;
   bool shards = false, merge = false;
   std::optional<double> target_mm, budget_ms;
@@ -138,7 +139,8 @@ void sweep_and_choose(const TradeoffArguments& options, const tradeoff::Subject&
 void tradeoff_with(TradeoffArguments options) {
   check(options);
   const config::Robot robot = config::read_robot(options.robot);
-  const config::Map map = config::read_map(robot.map);
+  config::Map map = config::read_map(robot.map);
+  if (options.renderer) map.renderer = *options.renderer;
   const tradeoff::Plan plan = tradeoff::make_plan(robot, map, options.plan);
   const std::size_t all = plan.shards.size();
   if (options.shards) {
@@ -178,6 +180,7 @@ void add_tradeoff(CLI::App& program) {
   command->add_option("--out", options->out,
                       "Folder of the sweep; a sweep that it holds in part is continued\n"
                       "(default: runs/ROBOT-tradeoff-seedN)");
+  add_renderer(command, options->renderer);
   add_checked(command, "--seed", options->plan.seed, "Seed of all random numbers of the sweep", whole_number());
   add_checked(command, "--episodes", options->plan.episodes, "Episodes (short drives) for the cheapest images",
               CLI::Range(3, 100'000));

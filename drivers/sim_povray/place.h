@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -56,6 +57,11 @@ enum class RendererKind {
   kPovray,
 };
 
+/// Returns "auto", "native" or "povray".
+std::string_view to_string(RendererKind kind);
+/// Returns the kind of that name. Nothing: there is none.
+std::optional<RendererKind> renderer_named(std::string_view name);
+
 /// The settings of rendering. The defaults suit two cores.
 struct RenderSettings {
   RendererKind renderer = RendererKind::kAuto;
@@ -68,6 +74,9 @@ struct RenderSettings {
   std::chrono::milliseconds timeout{120'000};  ///< time limit of one image, > 0; then the process is killed
   /// Called from any thread with a line for a person when rendering falls back to a slower method, with the reason.
   std::function<void(const std::string&)> notice{};
+  /// Called from any thread, before the first image, with the renderer that was chosen (not kAuto) and whether it was
+  /// compared with POV-Ray.
+  std::function<void(RendererKind, bool is_checked)> chosen{};
 };
 
 /// A scene with everything in it except robots.

@@ -79,6 +79,25 @@ void take(base::Complaints& complaints, const CameraEffects& effects) {
 
 }  // namespace
 
+std::string_view to_string(RendererKind kind) {
+  switch (kind) {
+    case RendererKind::kAuto:
+      return "auto";
+    case RendererKind::kNative:
+      return "native";
+    case RendererKind::kPovray:
+      break;
+  }
+  return "povray";
+}
+
+std::optional<RendererKind> renderer_named(std::string_view name) {
+  for (const RendererKind kind : {RendererKind::kAuto, RendererKind::kNative, RendererKind::kPovray}) {
+    if (to_string(kind) == name) return kind;
+  }
+  return std::nullopt;
+}
+
 void check(const RenderSettings& settings) {
   base::Complaints complaints;
   take(complaints, settings);

@@ -446,13 +446,15 @@ Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings
   if (!povray && place.render.renderer != RendererKind::kNative) return povray.error();
   std::unique_ptr<Renderer> renderer;
   if (place.render.renderer == RendererKind::kPovray) {
+    if (place.render.chosen) place.render.chosen(RendererKind::kPovray, true);
     renderer = make_renderer(*povray, place.render);
   } else {
     std::optional<Reference> reference;
     if (place.render.renderer == RendererKind::kAuto) reference.emplace(*povray, make_renderer(*povray, place.render));
-    renderer = std::make_unique<NativeRenderer>(NativeSettings{place.scene, SceneAccess(place.scene, place.scene_paths),
-                                                               place.render.cache, place.render.notice},
-                                                std::move(reference));
+    renderer =
+        std::make_unique<NativeRenderer>(NativeSettings{place.scene, SceneAccess(place.scene, place.scene_paths),
+                                                        place.render.cache, place.render.notice, place.render.chosen},
+                                         std::move(reference));
   }
   std::optional<Povray> mirror_finder;
   if (povray) mirror_finder = *std::move(povray);

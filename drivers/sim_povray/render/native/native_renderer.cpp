@@ -83,11 +83,15 @@ std::shared_ptr<void> NativeRenderer::expect_view() {
 
 void NativeRenderer::release() {
   std::deque<Order> ready;
+  std::optional<RendererKind> choice;
   {
     const std::lock_guard lock(mutex_);
     if (--expected_ > 0) return;
     ready = std::exchange(held_, {});
+    const RendererKind now = obstacle_.empty() || !reference_ ? RendererKind::kNative : RendererKind::kPovray;
+    if (!std::exchange(is_chosen_, true)) choice = now;
   }
+  if (choice && settings_.chosen) settings_.chosen(*choice, reference_.has_value());
   for (Order& order : ready) start(std::move(order));
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/child_process.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/native/native_view.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
@@ -27,6 +28,8 @@ struct NativeSettings {
   std::filesystem::path cache{};
   /// Receives one line for a person if POV-Ray renders after all. Called from any thread.
   std::function<void(const std::string&)> notice{};
+  /// RenderSettings::chosen
+  std::function<void(RendererKind, bool is_checked)> chosen{};
 };
 
 /// POV-Ray, which the native renderer is compared with and gives way to.
@@ -73,6 +76,7 @@ class NativeRenderer final : public Renderer {
   base::StopSignal stop_;
   mutable std::mutex mutex_;  // protects all members below
   std::condition_variable changed_;
+  bool is_chosen_ = false;
   int expected_ = 0;      // views that are being prepared
   std::string obstacle_;  // why POV-Ray renders; empty: it does not
   std::map<const ViewTemplate*, std::shared_ptr<const NativeView>> views_;
