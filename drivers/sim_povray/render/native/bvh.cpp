@@ -2,6 +2,7 @@
 #include "drivers/sim_povray/render/native/bvh.h"
 
 #include <numeric>
+#include <utility>
 
 namespace twocone::sim_povray {
 namespace {
@@ -18,16 +19,16 @@ double middle(const Bounds3& box, std::size_t axis) { return component(box.low, 
 
 }  // namespace
 
-Bvh::Bvh(const std::vector<Bounds3>& boxes) : order_(boxes.size()) {
-  if (boxes.empty()) return;
+Bvh::Bvh(std::vector<Bounds3> boxes) : order_(boxes.size()), boxes_(std::move(boxes)) {
+  if (boxes_.empty()) return;
   std::iota(order_.begin(), order_.end(), 0);
-  nodes_.reserve(2 * boxes.size());
+  nodes_.reserve(2 * boxes_.size());
   nodes_.emplace_back();
-  build(boxes, 0, 0, int(boxes.size()), 1);
+  build(0, 0, int(boxes_.size()), 1);
 }
 
-void Bvh::build(const std::vector<Bounds3>& boxes, std::size_t node, int first, int count, std::size_t depth) {
-  const auto box = [&](int i) -> const Bounds3& { return boxes[std::size_t(order_[std::size_t(i)])]; };
+void Bvh::build(std::size_t node, int first, int count, std::size_t depth) {
+  const auto box = [&](int i) -> const Bounds3& { return boxes_[std::size_t(order_[std::size_t(i)])]; };
   Bounds3 all = box(first);
   for (int i = first + 1; i < first + count; ++i) all = around(all, box(i));
   nodes_[node].bounds = all;
@@ -67,14 +68,14 @@ void Bvh::build(const std::vector<Bounds3>& boxes, std::size_t node, int first, 
   }
   const auto begin = order_.begin() + first;
   // A stable order makes the hierarchy, and so the choice between surfaces at one distance, the same everywhere.
-  const auto parted = std::stable_partition(begin, begin + count,
-                                            [&](int i) { return middle(boxes[std::size_t(i)], *best_axis) < best_at; });
+  const auto parted = std::stable_partition(
+      begin, begin + count, [&](int i) { return middle(boxes_[std::size_t(i)], *best_axis) < best_at; });
   const int left = int(parted - begin);
   const int children = int(nodes_.size());
   nodes_[node].first = children;
   nodes_.resize(nodes_.size() + 2);
-  build(boxes, std::size_t(children), first, left, depth + 1);
-  build(boxes, std::size_t(children) + 1, first + left, count - left, depth + 1);
+  build(std::size_t(children), first, left, depth + 1);
+  build(std::size_t(children) + 1, first + left, count - left, depth + 1);
 }
 
 }  // namespace twocone::sim_povray

@@ -28,11 +28,13 @@ class Bvh {
   };
 
   Bvh() = default;
-  explicit Bvh(const std::vector<Bounds3>& boxes);
+  explicit Bvh(std::vector<Bounds3> boxes);
 
   [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
   /// Indices of the boxes, leaf by leaf.
   [[nodiscard]] const std::vector<int>& order() const { return order_; }
+  /// The boxes themselves, by index.
+  [[nodiscard]] const std::vector<Bounds3>& boxes() const { return boxes_; }
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
 
   /// Calls `visit(index)` for the boxes that the ray may meet in [t_min, t_max], roughly from near to far. `visit`
@@ -82,10 +84,11 @@ class Bvh {
     return low <= high ? low : kMissed;
   }
 
-  void build(const std::vector<Bounds3>& boxes, std::size_t node, int first, int count, std::size_t depth);
+  void build(std::size_t node, int first, int count, std::size_t depth);
 
   std::vector<Node> nodes_;
   std::vector<int> order_;
+  std::vector<Bounds3> boxes_;
 };
 
 }  // namespace twocone::sim_povray

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <utility>
@@ -16,6 +17,8 @@ namespace {
 
 // POV-Ray smooths an image in squares of this size, from the window's corner, each for itself: measured.
 constexpr int kBlock_px = 32;
+constexpr int kTileSide = 8;
+static_assert(kTileSide * kTileSide == kTileRays && kBlock_px % kTileSide == 0);
 // The neighbours' difference from which POV-Ray's +A0.03 takes more samples, and how it weighs light: measured.
 constexpr double kSmoothingThreshold = 0.03;
 constexpr double kSmoothingGamma = 0.4;
@@ -31,6 +34,8 @@ Bounds3 moved(const Bounds3& box, const Transform& by, bool backwards) {
   }
   return result;
 }
+
+double greatest(const Colour& colour) { return std::max({colour.x, colour.y, colour.z}); }
 
 /// Returns whether light sources change what a surface shows.
 bool needs_light(const Finish& finish) { return finish.diffuse > 0 || finish.phong > 0 || finish.specular > 0; }
@@ -112,14 +117,38 @@ void NativeView::plan() {
   const Vec3 eye = scene_.scene().camera->location;
   sight_ = {eye, eye};
   fixed_.resize(std::size_t(width_px_) * std::size_t(height_px_));
-  for (int y = window_.first_row; y <= window_.last_row; ++y) {
-    for (int x = window_.first_column; x <= window_.last_column; ++x) {
-      fixed_[std::size_t(y) * std::size_t(width_px_) + std::size_t(x)] = fixed_pixel(camera_ray(x + 0.5, y + 0.5));
-    }
+  for (int y = window_.first_row; y <= window_.last_row; y += kTileSide) {
+    for (int x = window_.first_column; x <= window_.last_column; x += kTileSide) tiles_.push_back(fixed_tile(x, y));
   }
 }
 
-NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray) {
+NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
+  FixedTile tile;
+  tile.own_t.fill(kInfinity);
+  for (int lane = 0; lane < kTileRays; ++lane) {
+    const int x = column + lane % kTileSide;
+    const int y = row + lane / kTileSide;
+    if (x > window_.last_column || y > window_.last_row) continue;
+    FixedPixel& pixel = fixed_[std::size_t(y) * std::size_t(width_px_) + std::size_t(x)];
+    Ray reflected;
+    pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, tile.own_t[std::size_t(lane)]);
+    if (pixel.kind != FixedPixel::Kind::kMirror) continue;
+    tile.mirror |= std::uint64_t{1} << lane;
+    tile.origin.set(lane, reflected.origin);
+    tile.direction.set(lane, reflected.direction);
+  }
+  if (tile.mirror == 0) return tile;
+  const int any = std::countr_zero(tile.mirror);
+  for (int lane = 0; lane < kTileRays; ++lane) {
+    if ((tile.mirror >> lane & 1) != 0) continue;
+    tile.origin.set(lane, tile.origin.at(any));
+    tile.direction.set(lane, tile.direction.at(any));
+    tile.own_t[std::size_t(lane)] = tile.own_t[std::size_t(any)];
+  }
+  return tile;
+}
+
+NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, double& own_t) {
   const EvaluatedScene& description = scene_.scene();
   Poses rest;
   rest.movers.resize(std::size_t(robot_) + 1);
@@ -133,17 +162,16 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray) {
   pixel.kind = FixedPixel::Kind::kConstant;
   sight_ = around(sight_, {meeting->point, meeting->point});
   const Colour& share = finish.reflection;
-  if (share == Colour{} || description.max_trace_level < 2 ||
-      std::max({share.x, share.y, share.z}) < description.adc_bailout) {
+  if (share == Colour{} || description.max_trace_level < 2 || greatest(share) < description.adc_bailout) {
     return pixel;
   }
   pixel.kind = FixedPixel::Kind::kMirror;
   pixel.share = share;
   const Vec3 normal = dot(meeting->normal, ray.direction) > 0 ? -meeting->normal : meeting->normal;
-  pixel.reflected = {meeting->point, ray.direction - normal * (2 * dot(ray.direction, normal))};
-  const auto own = nearest(scene_, rest, pixel.reflected, RayKind::kReflected, own_);
+  reflected = {meeting->point, ray.direction - normal * (2 * dot(ray.direction, normal))};
+  const auto own = nearest(scene_, rest, reflected, RayKind::kReflected, own_);
   pixel.meets_own = own.has_value();
-  if (own) pixel.own_t = own->t;
+  if (own) own_t = own->t;
   return pixel;
 }
 
@@ -188,17 +216,71 @@ Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const 
     case FixedPixel::Kind::kMirror:
       break;
   }
-  const Ray ray{poses.view.point(pixel.reflected.origin), poses.view.direction(pixel.reflected.direction)};
-  const double weight = std::max({pixel.share.x, pixel.share.y, pixel.share.z});
-  Colour seen;
-  if (const auto meeting = nearest(scene_, poses, ray, RayKind::kReflected, ~own_, pixel.own_t)) {
-    seen = shaded(scene_, poses, ray, *meeting, 2, weight);
-  } else if (pixel.meets_own) {
-    seen = traced(scene_, poses, ray, RayKind::kReflected, 2, weight);
-  } else {
-    seen = sky_colour(scene_.scene(), ray.direction);
+  const int tile_columns = (window_.last_column - window_.first_column) / kTileSide + 1;
+  const int column = x - window_.first_column;
+  const int row = y - window_.first_row;
+  const FixedTile& tile = tiles_[std::size_t(row / kTileSide * tile_columns + column / kTileSide)];
+  const int lane = row % kTileSide * kTileSide + column % kTileSide;
+  const Ray ray{poses.view.point(tile.origin.at(lane)), poses.view.direction(tile.direction.at(lane))};
+  const double weight = greatest(pixel.share);
+  if (const auto meeting = nearest(scene_, poses, ray, RayKind::kReflected, ~own_, tile.own_t[std::size_t(lane)])) {
+    return pixel.colour + pixel.share * shaded(scene_, poses, ray, *meeting, 2, weight);
   }
-  return pixel.colour + pixel.share * seen;
+  return pixel.colour + pixel.share * without_meeting(poses, ray, pixel);
+}
+
+Colour NativeView::without_meeting(const Poses& poses, const Ray& ray, const FixedPixel& pixel) const {
+  return pixel.meets_own ? traced(scene_, poses, ray, RayKind::kReflected, 2, greatest(pixel.share))
+                         : sky_colour(scene_.scene(), ray.direction);
+}
+
+void NativeView::centres(const Poses& poses, bool planned, int band, std::vector<Colour>& colours) const {
+  const int columns = window_.last_column - window_.first_column + 1;
+  const int top = window_.first_row + band * kBlock_px;
+  const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
+  colours.resize(std::size_t(columns) * kBlock_px);
+  thread_local RayBundle bundle;
+  thread_local SeenTile seen;
+  thread_local std::array<double, kTileRays> weights;
+  for (int row = top; row <= bottom; row += kTileSide) {
+    for (int column = window_.first_column; column <= window_.last_column; column += kTileSide) {
+      const FixedTile* tile = nullptr;
+      if (planned) {
+        const int tile_columns = (columns - 1) / kTileSide + 1;
+        tile = &tiles_[std::size_t((row - window_.first_row) / kTileSide * tile_columns +
+                                   (column - window_.first_column) / kTileSide)];
+        if (tile->mirror == 0) tile = nullptr;
+      }
+      const auto fixed = [&](int lane) -> const FixedPixel& {
+        return fixed_[std::size_t(row + lane / kTileSide) * std::size_t(width_px_) +
+                      std::size_t(column + lane % kTileSide)];
+      };
+      if (tile != nullptr) {
+        bundle.used = tile->mirror;
+        bundle.t_max = tile->own_t;
+        transform_rays(poses.view, tile->origin, tile->direction, bundle.rays);
+        for (int lane = 0; lane < kTileRays; ++lane) {
+          if ((tile->mirror >> lane & 1) != 0) weights[std::size_t(lane)] = greatest(fixed(lane).share);
+        }
+        trace_tile(scene_, poses, bundle, ~own_, weights, seen);
+      }
+      for (int lane = 0; lane < kTileRays; ++lane) {
+        const int x = column + lane % kTileSide;
+        const int y = row + lane / kTileSide;
+        if (x > window_.last_column || y > bottom) continue;
+        Colour& colour = colours[std::size_t(y - top) * std::size_t(columns) + std::size_t(x - window_.first_column)];
+        if (tile == nullptr || (tile->mirror >> lane & 1) == 0) {
+          colour = centre(poses, planned, x, y);
+          continue;
+        }
+        const FixedPixel& pixel = fixed(lane);
+        const Ray ray{bundle.rays.origin.at(lane), bundle.rays.direction.at(lane)};
+        const bool met = (seen.met >> lane & 1) != 0;
+        colour =
+            pixel.colour + pixel.share * (met ? seen.colours[std::size_t(lane)] : without_meeting(poses, ray, pixel));
+      }
+    }
+  }
 }
 
 void NativeView::render(const Poses& poses, int antialias, int band, Image& image) const {
@@ -209,13 +291,20 @@ void NativeView::render(const Poses& poses, int antialias, int band, Image& imag
     bytes[1] = srgb_byte(colour.y);
     bytes[2] = srgb_byte(colour.z);
   };
+  thread_local std::vector<Colour> colours;
+  centres(poses, planned, band, colours);
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
+  const auto colour_at = [&](int x, int y) {
+    if (x < window_.first_column || y < top) return centre(poses, planned, x, y);
+    const std::size_t columns = std::size_t(window_.last_column - window_.first_column + 1);
+    return colours[std::size_t(y - top) * columns + std::size_t(x - window_.first_column)];
+  };
   for (int left = window_.first_column; left <= window_.last_column; left += kBlock_px) {
     const int right = std::min(left + kBlock_px - 1, window_.last_column);
     if (antialias == 1) {
       for (int y = top; y <= bottom; ++y) {
-        for (int x = left; x <= right; ++x) store(x, y, centre(poses, planned, x, y));
+        for (int x = left; x <= right; ++x) store(x, y, colour_at(x, y));
       }
       continue;
     }
@@ -234,7 +323,7 @@ void NativeView::render(const Poses& poses, int antialias, int band, Image& imag
     for (int y = top - 1; y <= bottom; ++y) {
       for (int x = left - 1; x <= right; ++x) {
         SmoothedBlock::Pixel& pixel = block.at(x - left, y - top);
-        pixel.colour = centre(poses, planned, x, y);
+        pixel.colour = colour_at(x, y);
         if (x < left || y < top) continue;
         // A neighbour counts as it is at this moment, and those of another block are not changed.
         const bool differs_left = differ(pixel.colour, block.at(x - 1 - left, y - top).colour);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/sim_povray/render/native/tile_tracer.h"
 #include "drivers/sim_povray/render/native/traced_scene.h"
 #include "drivers/sim_povray/render/renderer.h"
 #include "drivers/sim_povray/scene/scene_text.h"
@@ -50,14 +51,19 @@ class NativeView {
     Kind kind = Kind::kAny;
     bool meets_own = false;  ///< the reflected ray meets the robot itself at own_t
     Colour colour{}, share{};
-    Ray reflected{};  ///< in the coordinates in which the scene shows the robot
-    double own_t = kInfinity;
+  };
+  /// The reflected rays of kTileSide x kTileSide pixels, in the coordinates in which the scene shows the robot.
+  struct FixedTile {
+    std::uint64_t mirror = 0;       ///< pixels of kind kMirror, row by row
+    TileVectors origin, direction;  ///< the others repeat the ray of one that is
+    Lane own_t;                     ///< where a ray meets the robot itself; else kInfinity
   };
 
   NativeView(EvaluatedScene scene, const ViewTemplate& view_template);
 
   [[nodiscard]] Ray camera_ray(double column, double row) const;
-  [[nodiscard]] FixedPixel fixed_pixel(const Ray& ray);
+  FixedPixel fixed_pixel(const Ray& ray, Ray& reflected, double& own_t);
+  [[nodiscard]] FixedTile fixed_tile(int column, int row);
   void plan();
   /// Returns whether the camera sees nothing but the robot where fixed_ says so.
   [[nodiscard]] bool is_plan_valid(const Poses& poses) const;
@@ -66,15 +72,20 @@ class NativeView {
   [[nodiscard]] Colour seen_through(const Poses& poses, double column, double row) const;
   /// Returns what a pixel's centre shows. @param planned is_plan_valid()
   [[nodiscard]] Colour centre(const Poses& poses, bool planned, int x, int y) const;
+  /// Returns what a reflected ray brings that meets nothing but, maybe, the robot itself.
+  [[nodiscard]] Colour without_meeting(const Poses& poses, const Ray& ray, const FixedPixel& pixel) const;
+  /// Sets what the centres of a band's pixels show, row by row of the window.
+  void centres(const Poses& poses, bool planned, int band, std::vector<Colour>& colours) const;
 
   TracedScene scene_;
   int width_px_, height_px_;
   int antialias_;
   Window window_;
-  GroupSet own_ = 0;  ///< the robot and what moves with the view
-  int robot_ = -1;    ///< the mover that moves as the view does
-  std::vector<FixedPixel> fixed_{};
-  Bounds3 sight_{};  ///< holds the rays from the camera to what fixed pixels show
+  GroupSet own_ = 0;                 ///< the robot and what moves with the view
+  int robot_ = -1;                   ///< the mover that moves as the view does
+  std::vector<FixedPixel> fixed_{};  ///< of the image, row by row
+  std::vector<FixedTile> tiles_{};   ///< of the window, row by row
+  Bounds3 sight_{};                  ///< holds the rays from the camera to what fixed pixels show
 };
 
 }  // namespace twocone::sim_povray

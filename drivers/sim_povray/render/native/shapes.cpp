@@ -401,7 +401,7 @@ void TracedSolid::add_surfaces(const Side& side, const Texture* texture, std::ve
   if (node.sides.empty()) {
     const std::size_t begin = conditions_.size();
     conditions_.insert(conditions_.end(), conditions.begin(), conditions.end());
-    surfaces_.push_back({node.primitive, {begin, conditions_.size()}, &object, texture, inverted});
+    surfaces_.push_back({node.primitive, {begin, conditions_.size()}, texture, inverted});
     return;
   }
   // The outside of a union is what is outside of all parts, and so on: where not all sides count, any does.
@@ -460,7 +460,7 @@ bool TracedSolid::nearest(const Ray& ray, double t_min, double t_max, Crossing& 
   }
   if (best == nullptr) return false;
   if (best->inverted) normal = -normal;
-  found = {t_max, normal, best->leaf, best->texture, dot(normal, ray.direction) < 0};
+  found = {t_max, normal, best->texture, dot(normal, ray.direction) < 0};
   return true;
 }
 

@@ -16,7 +16,6 @@ namespace twocone::sim_povray {
 struct Crossing {
   double t = 0;
   Vec3 normal{};                     ///< outward of the whole solid (of an open surface: its front), not of length 1
-  const Object* leaf = nullptr;      ///< the primitive
   const Texture* texture = nullptr;  ///< of the innermost object around the surface that has one; null: none has
   bool entering = false;             ///< against the normal
 };
@@ -68,7 +67,6 @@ class TracedSolid {
   struct Surface {
     std::size_t primitive;
     Range conditions;
-    const Object* leaf;
     const Texture* texture;
     bool inverted;
   };

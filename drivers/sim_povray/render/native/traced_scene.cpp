@@ -9,14 +9,6 @@
 #include "drivers/sim_povray/scene/evaluator.h"
 
 namespace twocone::sim_povray {
-namespace {
-
-// Measured: POV-Ray sees no surface nearer than this to where a ray starts, and none nearer than the other number to
-// either end of the way from a surface to a light casts a shadow.
-constexpr double kNearest = 1e-4;
-constexpr double kNearestShadow = 1e-3;
-
-}  // namespace
 
 const Transform& Poses::of(int mover) const {
   static const Transform kStill;
@@ -57,8 +49,13 @@ void TracedScene::add(const Object& object, int mover) {
   }
   auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& g) { return g.mover == mover; });
   if (group == groups_.end()) group = groups_.insert(groups_.end(), Group{.mover = mover});
-  group->items.push_back({TracedSolid(object), object.texture.get(), next_number_++, !object.no_shadow,
-                          !object.no_image, !object.no_reflection});
+  TracedSolid solid(object);
+  const auto bounds = solid.bounds();
+  const auto box = solid.as_box();
+  const int number = int(places_.size());
+  places_.push_back({int(group - groups_.begin()), int(group->items.size())});
+  group->items.push_back({std::move(solid), object.texture.get(), number, !object.no_shadow, !object.no_image,
+                          !object.no_reflection, box.value_or(bounds.value_or(Bounds3{})), box.has_value()});
 }
 
 std::optional<Meeting> nearest(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind,
@@ -132,30 +129,59 @@ Colour sky_colour(const EvaluatedScene& scene, const Vec3& direction) {
   return scene.sky ? pigment_colour(*scene.sky, direction) : scene.background;
 }
 
+std::optional<Meeting> meeting_with(const TracedScene& scene, const Poses& poses, const Ray& ray, int number) {
+  const auto [group_index, item_index] = scene.place(number);
+  const TracedScene::Group& group = scene.groups()[std::size_t(group_index)];
+  const TracedScene::Item& item = group.items[std::size_t(item_index)];
+  const Transform& pose = poses.of(group.mover);
+  const Ray local =
+      group.mover == -1 ? ray : Ray{pose.inverse_point(ray.origin), pose.inverse_direction(ray.direction)};
+  Crossing found;
+  if (!item.solid.nearest(local, kNearest, kInfinity, found)) return std::nullopt;
+  const Vec3 normal = group.mover == -1 ? found.normal : pose.normal(found.normal);
+  return Meeting{found.t,
+                 &group,
+                 found.texture != nullptr ? found.texture : item.texture,
+                 ray.at(found.t),
+                 local.at(found.t),
+                 normalized(normal)};
+}
+
+LightSource placed(const LightSource& light, const Poses& poses) {
+  LightSource result = light;
+  if (light.mover == -1) return result;
+  result.position = poses.of(light.mover).point(light.position);
+  result.point_at = poses.of(light.mover).point(light.point_at);
+  return result;
+}
+
+Colour light_of(const Meeting& meeting, const Vec3& ray_direction, const Colour& pigment, const LightSource& light) {
+  const Vec3 to_eye = -ray_direction;
+  const Vec3 normal = dot(meeting.normal, to_eye) < 0 ? -meeting.normal : meeting.normal;
+  const Vec3 to_light = normalized(light.position - meeting.point);
+  return lit(meeting.texture->finish, pigment, normal, to_eye, to_light, light_at(light, meeting.point));
+}
+
+Colour mirrored(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
+                double weight) {
+  const Colour& share = meeting.texture->finish.reflection;
+  const double most = std::max({share.x, share.y, share.z});
+  const Ray reflected{meeting.point, ray.direction - meeting.normal * (2 * dot(ray.direction, meeting.normal))};
+  return share * traced(scene, poses, reflected, RayKind::kReflected, level + 1, weight * most);
+}
+
 Colour shaded(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
               double weight) {
   const Finish& finish = meeting.texture->finish;
   const Colour pigment = pigment_colour(meeting.texture->pigment, meeting.pattern_point);
-  const Vec3 to_eye = -ray.direction;
-  const Vec3 normal = dot(meeting.normal, to_eye) < 0 ? -meeting.normal : meeting.normal;
   Colour sum = unlit(finish, pigment, scene.scene().ambient_light);
   for (const LightSource& given : scene.scene().lights) {
-    LightSource light = given;
-    if (light.mover != -1) {
-      light.position = poses.of(given.mover).point(given.position);
-      light.point_at = poses.of(given.mover).point(given.point_at);
-    }
-    const Vec3 to_light = normalized(light.position - meeting.point);
-    const Colour part = lit(finish, pigment, normal, to_eye, to_light, light_at(light, meeting.point));
+    const LightSource light = placed(given, poses);
+    const Colour part = light_of(meeting, ray.direction, pigment, light);
     if (part == Colour{}) continue;
     if (light.shadowless || !is_shadowed(scene, poses, meeting.point, light.position)) sum += part;
   }
-  if (finish.reflection != Colour{}) {
-    const Colour& share = finish.reflection;
-    const Ray reflected{meeting.point, ray.direction - normal * (2 * dot(ray.direction, normal))};
-    const double most = std::max({share.x, share.y, share.z});
-    sum += share * traced(scene, poses, reflected, RayKind::kReflected, level + 1, weight * most);
-  }
+  if (finish.reflection != Colour{}) sum += mirrored(scene, poses, ray, meeting, level, weight);
   return sum;
 }
 

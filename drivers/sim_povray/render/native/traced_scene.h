@@ -31,6 +31,8 @@ class TracedScene {
     bool casts_shadow;
     bool in_image;       ///< seen by the camera
     bool in_reflection;  ///< seen in mirrors
+    Bounds3 bounds;      ///< of what is not infinite
+    bool is_box;         ///< it is the box `bounds` and nothing else
   };
   struct Group {
     int mover = -1;
@@ -47,13 +49,18 @@ class TracedScene {
 
   [[nodiscard]] const EvaluatedScene& scene() const { return scene_; }
   [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
+  struct Place {
+    int group, item;
+  };
+  /// Returns where an item stands. @param number Item::number
+  [[nodiscard]] const Place& place(int number) const { return places_[std::size_t(number)]; }
 
  private:
   void add(const Object& object, int mover);
 
   EvaluatedScene scene_;
   std::vector<Group> groups_;
-  int next_number_ = 0;
+  std::vector<Place> places_;
 };
 
 /// A point of a surface that a ray meets.
@@ -65,6 +72,11 @@ struct Meeting {
   Vec3 pattern_point{};  ///< in those of the group, where pigments are defined
   Vec3 normal{};         ///< in the scene's coordinates, of length 1, towards either side
 };
+
+/// Measured: POV-Ray sees no surface nearer than this to where a ray starts, and none nearer than the other number to
+/// either end of the way from a surface to a light casts a shadow.
+constexpr double kNearest = 1e-4;
+constexpr double kNearestShadow = 1e-3;
 
 enum class RayKind { kFromCamera, kReflected };
 
@@ -82,6 +94,15 @@ bool is_shadowed(const TracedScene& scene, const Poses& poses, const Vec3& point
 
 /// Returns the colour that a ray brings, in linear light. @param level 1 for a ray from the camera
 Colour traced(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind, int level, double weight);
+/// Returns the nearest crossing of a ray with an item. @param number Item::number
+std::optional<Meeting> meeting_with(const TracedScene& scene, const Poses& poses, const Ray& ray, int number);
+/// Returns the light source where it is in this image.
+LightSource placed(const LightSource& light, const Poses& poses);
+/// Returns what a surface shows because of one light source, if nothing is in the way.
+Colour light_of(const Meeting& meeting, const Vec3& ray_direction, const Colour& pigment, const LightSource& light);
+/// Returns what a reflecting surface shows of its surroundings. @param level,weight of the ray that meets it
+Colour mirrored(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
+                double weight);
 /// Returns the colour that a ray that meets nothing brings.
 Colour sky_colour(const EvaluatedScene& scene, const Vec3& direction);
 /// Returns the light of a surface that leaves towards where the ray comes from.

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/sim_povray/render/native/tile_tracer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "drivers/sim_povray/render/native/pigment_colour.h"
+#include "drivers/sim_povray/render/native/shading.h"
+
+namespace twocone::sim_povray {
+namespace {
+
+/// Calls `visit(lane)` for each set bit.
+template <class Visit>
+void for_each_lane(std::uint64_t lanes, Visit visit) {
+  for (; lanes != 0; lanes &= lanes - 1) visit(std::countr_zero(lanes));
+}
+
+/// Bounds of the origins and directions of a tile's rays.
+struct Beam {
+  Bounds3 origin, direction;
+
+  /// Returns a number that is not above where any of the rays enters the box, at least t_min; kInfinity if none of them
+  /// meets it between t_min and t_max.
+  [[nodiscard]] double entry(const Bounds3& box, double t_min, double t_max) const {
+    double low = t_min;
+    double high = t_max;
+    cut(box.low.x, box.high.x, origin.low.x, origin.high.x, direction.low.x, direction.high.x, low, high);
+    cut(box.low.y, box.high.y, origin.low.y, origin.high.y, direction.low.y, direction.high.y, low, high);
+    cut(box.low.z, box.high.z, origin.low.z, origin.high.z, direction.low.z, direction.high.z, low, high);
+    // Rounding must not lose a box that a ray only touches.
+    constexpr double kSlack = 1e-9;
+    return low <= high * (1 + kSlack) + kSlack ? low * (1 - kSlack) - kSlack : kInfinity;
+  }
+
+ private:
+  /// Narrows [low, high] to where rays may be between two planes.
+  static void cut(double from, double to, double start_low, double start_high, double slope_low, double slope_high,
+                  double& low, double& high) {
+    const double near_ahead = from - start_high;  // > 0: all rays start below the box
+    const double near_behind = to - start_low;    // < 0: all rays start above it
+    if (near_ahead > 0) {
+      if (slope_high <= 0) {
+        high = -kInfinity;
+        return;
+      }
+      low = std::max(low, near_ahead / slope_high);
+      if (slope_low > 0) high = std::min(high, (to - start_low) / slope_low);
+    } else if (near_behind < 0) {
+      if (slope_low >= 0) {
+        high = -kInfinity;
+        return;
+      }
+      low = std::max(low, near_behind / slope_low);
+      if (slope_high < 0) high = std::min(high, (from - start_high) / slope_high);
+    } else if (slope_low > 0) {
+      high = std::min(high, (to - start_low) / slope_low);
+    } else if (slope_high < 0) {
+      high = std::min(high, (from - start_high) / slope_high);
+    }
+  }
+};
+
+/// Boxes of a hierarchy that a beam may meet, from near to far.
+class Candidates {
+ public:
+  struct Candidate {
+    double entry;
+    int index;
+  };
+
+  void find(const Bvh& bvh, const Beam& beam, double t_min, double t_max) {
+    count_ = 0;
+    if (bvh.empty()) return;
+    std::array<int, 64> open;
+    std::size_t depth = 0;
+    open[depth++] = 0;
+    while (depth > 0) {
+      const Bvh::Node& node = bvh.nodes()[std::size_t(open[--depth])];
+      const double entry = beam.entry(node.bounds, t_min, t_max);
+      if (entry == kInfinity) continue;
+      if (node.count == 0) {
+        open[depth++] = node.first + 1;
+        open[depth++] = node.first;
+        continue;
+      }
+      for (int i = node.first; i < node.first + node.count; ++i) {
+        const int index = bvh.order()[std::size_t(i)];
+        const double at = node.count == 1 ? entry : beam.entry(bvh.boxes()[std::size_t(index)], t_min, t_max);
+        if (at == kInfinity) continue;
+        if (count_ == found_.size()) found_.resize(2 * count_ + 64);
+        found_[count_++] = {at, index};
+      }
+    }
+    std::sort(found_.begin(), found_.begin() + std::ptrdiff_t(count_),
+              [](const Candidate& a, const Candidate& b) { return a.entry < b.entry; });
+  }
+  [[nodiscard]] auto begin() const { return found_.begin(); }
+  [[nodiscard]] auto end() const { return found_.begin() + std::ptrdiff_t(count_); }
+
+ private:
+  std::vector<Candidate> found_;  // grows to the largest number of any beam, then stays
+  std::size_t count_ = 0;
+};
+
+/// What a thread needs for its tiles, so that no tile allocates.
+struct Workspace {
+  RayTile local, shadow;
+  TileHits hits;
+  Lane shadow_min, shadow_max;
+  Candidates candidates;
+  std::array<Meeting, kTileRays> meetings;
+  std::array<Colour, kTileRays> pigments, parts;
+};
+
+Workspace& workspace() {
+  thread_local Workspace result;
+  return result;
+}
+
+Ray ray_of(const RayTile& rays, int lane) { return {rays.origin.at(lane), rays.direction.at(lane)}; }
+
+double greatest(const Lane& lane) { return *std::max_element(lane.begin(), lane.end()); }
+
+/// Returns the rays in a group's own coordinates; `room` holds them if they differ.
+const RayTile& in_group(const TracedScene::Group& group, const Poses& poses, const RayTile& rays, RayTile& room) {
+  if (group.mover == -1) return rays;
+  transform_rays(poses.of(group.mover).inverse(), rays.origin, rays.direction, room);
+  return room;
+}
+
+void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, GroupSet which, Workspace& w) {
+  w.hits.t = bundle.t_max;
+  w.hits.number.fill(-1);
+  const auto& groups = scene.groups();
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (g < kGroupBits && (which >> g & 1) == 0) continue;
+    const TracedScene::Group& group = groups[g];
+    const RayTile& rays = in_group(group, poses, bundle.rays, w.local);
+    const auto meet = [&](const TracedScene::Item& item, std::uint64_t lanes) {
+      for_each_lane(lanes, [&](int lane) {
+        const auto i = std::size_t(lane);
+        Crossing found;
+        const double farthest = w.hits.number[i] < 0 ? w.hits.t[i] : std::nextafter(w.hits.t[i], kInfinity);
+        if (!item.solid.nearest(ray_of(rays, lane), kNearest, farthest, found)) return;
+        if (found.t == w.hits.t[i] && item.number > w.hits.number[i]) return;
+        w.hits.t[i] = found.t;
+        w.hits.number[i] = item.number;
+      });
+    };
+    for (const int index : group.unbounded) {
+      const TracedScene::Item& item = group.items[std::size_t(index)];
+      if (item.in_reflection) meet(item, bundle.used);
+    }
+    if (group.bounded.empty()) continue;
+    const Beam beam{limits_of(rays.origin), limits_of(rays.direction)};
+    double farthest = greatest(w.hits.t);
+    w.candidates.find(group.bounded, beam, kNearest, farthest);
+    for (const auto& candidate : w.candidates) {
+      if (candidate.entry > farthest) break;
+      const TracedScene::Item& item = group.items[std::size_t(group.bounded_items[std::size_t(candidate.index)])];
+      if (!item.in_reflection) continue;
+      if (item.is_box) {
+        meet_box(rays, item.bounds, item.number, kNearest, w.hits);
+      } else {
+        meet(item, lanes_through(rays, item.bounds, kNearest, w.hits.t) & bundle.used);
+      }
+      farthest = greatest(w.hits.t);
+    }
+  }
+}
+
+/// Returns the lanes of `lanes` from whose meeting something hides the light.
+std::uint64_t shadowed(const TracedScene& scene, const Poses& poses, const Vec3& light, std::uint64_t lanes,
+                       Workspace& w) {
+  const int any = std::countr_zero(lanes);
+  for (int lane = 0; lane < kTileRays; ++lane) {
+    const auto i = std::size_t(lane);
+    const Meeting& meeting = w.meetings[(lanes >> lane & 1) != 0 ? i : std::size_t(any)];
+    const Vec3 way = light - meeting.point;
+    const double distance = length(way);
+    w.shadow.origin.set(lane, meeting.point);
+    w.shadow.direction.set(lane, way / distance);
+    w.shadow_min[i] = kNearestShadow;
+    w.shadow_max[i] = distance - kNearestShadow;
+  }
+  invert_directions(w.shadow);
+  std::uint64_t dark = 0;
+  for (const TracedScene::Group& group : scene.groups()) {
+    const RayTile& rays = in_group(group, poses, w.shadow, w.local);
+    const auto block = [&](const TracedScene::Item& item, std::uint64_t open) {
+      for_each_lane(open, [&](int lane) {
+        const auto i = std::size_t(lane);
+        if (item.solid.blocks(ray_of(rays, lane), w.shadow_min[i], w.shadow_max[i])) dark |= std::uint64_t{1} << lane;
+      });
+    };
+    for (const int index : group.unbounded_shadows) block(group.items[std::size_t(index)], lanes & ~dark);
+    if (group.shadows.empty()) continue;
+    // The rays seen from the light have one origin, and their bounds are much tighter. 1 is where they end.
+    const Vec3 source = group.mover == -1 ? light : poses.of(group.mover).inverse_point(light);
+    const Bounds3 ends = limits_of(rays.origin);
+    const Beam beam{{source, source}, {ends.low - source, ends.high - source}};
+    w.candidates.find(group.shadows, beam, 0, 1);
+    for (const auto& candidate : w.candidates) {
+      const TracedScene::Item& item = group.items[std::size_t(group.shadow_items[std::size_t(candidate.index)])];
+      if (item.is_box) {
+        dark |= lanes_blocked(rays, item.bounds, w.shadow_min, w.shadow_max) & lanes;
+      } else {
+        block(item, lanes_through(rays, item.bounds, kNearestShadow, w.shadow_max) & lanes & ~dark);
+      }
+      if (dark == lanes) return dark;
+    }
+  }
+  return dark;
+}
+
+}  // namespace
+
+void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, GroupSet which,
+                const std::array<double, kTileRays>& weights, SeenTile& seen) {
+  Workspace& w = workspace();
+  find_nearest(scene, poses, bundle, which, w);
+  seen.met = 0;
+  const EvaluatedScene& description = scene.scene();
+  for_each_lane(bundle.used, [&](int lane) {
+    const auto i = std::size_t(lane);
+    if (w.hits.number[i] < 0) return;
+    const auto meeting = meeting_with(scene, poses, ray_of(bundle.rays, lane), int(w.hits.number[i]));
+    if (!meeting) return;  // it only touches an edge
+    seen.met |= std::uint64_t{1} << lane;
+    w.meetings[i] = *meeting;
+    const Finish& finish = w.meetings[i].texture->finish;
+    w.pigments[i] = pigment_colour(w.meetings[i].texture->pigment, w.meetings[i].pattern_point);
+    seen.colours[i] = unlit(finish, w.pigments[i], description.ambient_light);
+  });
+  for (const LightSource& given : description.lights) {
+    const LightSource light = placed(given, poses);
+    std::uint64_t facing = 0;
+    for_each_lane(seen.met, [&](int lane) {
+      const auto i = std::size_t(lane);
+      w.parts[i] = light_of(w.meetings[i], bundle.rays.direction.at(lane), w.pigments[i], light);
+      if (w.parts[i] != Colour{}) facing |= std::uint64_t{1} << lane;
+    });
+    if (facing == 0) continue;
+    if (!light.shadowless) facing &= ~shadowed(scene, poses, light.position, facing, w);
+    for_each_lane(facing, [&](int lane) { seen.colours[std::size_t(lane)] += w.parts[std::size_t(lane)]; });
+  }
+  // Reflections of reflections are few, and go different ways.
+  for_each_lane(seen.met, [&](int lane) {
+    const auto i = std::size_t(lane);
+    if (w.meetings[i].texture->finish.reflection == Colour{}) return;
+    seen.colours[i] += mirrored(scene, poses, ray_of(bundle.rays, lane), w.meetings[i], 2, weights[i]);
+  });
+}
+
+}  // namespace twocone::sim_povray
