@@ -129,7 +129,7 @@ NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
     const int x = column + lane % kTileSide;
     const int y = row + lane / kTileSide;
     if (x > window_.last_column || y > window_.last_row) continue;
-    FixedPixel& pixel = fixed_[std::size_t(y) * std::size_t(width_px_) + std::size_t(x)];
+    FixedPixel& pixel = fixed_[pixel_index(x, y)];
     Ray reflected;
     pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, tile.own_t[std::size_t(lane)]);
     if (pixel.kind != FixedPixel::Kind::kMirror) continue;
@@ -207,7 +207,7 @@ Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const 
   const bool is_inside =
       x >= window_.first_column && x <= window_.last_column && y >= window_.first_row && y <= window_.last_row;
   if (!planned || !is_inside) return seen_through(poses, x + 0.5, y + 0.5);
-  const FixedPixel& pixel = fixed_[std::size_t(y) * std::size_t(width_px_) + std::size_t(x)];
+  const FixedPixel& pixel = fixed_[pixel_index(x, y)];
   switch (pixel.kind) {
     case FixedPixel::Kind::kAny:
       return seen_through(poses, x + 0.5, y + 0.5);
@@ -216,10 +216,9 @@ Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const 
     case FixedPixel::Kind::kMirror:
       break;
   }
-  const int tile_columns = (window_.last_column - window_.first_column) / kTileSide + 1;
+  const FixedTile& tile = fixed_tile_at(x, y);
   const int column = x - window_.first_column;
   const int row = y - window_.first_row;
-  const FixedTile& tile = tiles_[std::size_t(row / kTileSide * tile_columns + column / kTileSide)];
   const int lane = row % kTileSide * kTileSide + column % kTileSide;
   const Ray ray{poses.view.point(tile.origin.at(lane)), poses.view.direction(tile.direction.at(lane))};
   const double weight = greatest(pixel.share);
@@ -239,54 +238,88 @@ void NativeView::centres(const Poses& poses, bool planned, int band, std::vector
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
   colours.resize(std::size_t(columns) * kBlock_px);
-  thread_local RayBundle bundle;
-  thread_local SeenTile seen;
-  thread_local std::array<double, kTileRays> weights;
+  std::array<Colour, kTileRays> tile;
   for (int row = top; row <= bottom; row += kTileSide) {
     for (int column = window_.first_column; column <= window_.last_column; column += kTileSide) {
-      const FixedTile* tile = nullptr;
-      if (planned) {
-        const int tile_columns = (columns - 1) / kTileSide + 1;
-        tile = &tiles_[std::size_t((row - window_.first_row) / kTileSide * tile_columns +
-                                   (column - window_.first_column) / kTileSide)];
-        if (tile->mirror == 0) tile = nullptr;
-      }
-      const auto fixed = [&](int lane) -> const FixedPixel& {
-        return fixed_[std::size_t(row + lane / kTileSide) * std::size_t(width_px_) +
-                      std::size_t(column + lane % kTileSide)];
-      };
-      if (tile != nullptr) {
-        bundle.used = tile->mirror;
-        bundle.t_max = tile->own_t;
-        transform_rays(poses.view, tile->origin, tile->direction, bundle.rays);
-        for (int lane = 0; lane < kTileRays; ++lane) {
-          if ((tile->mirror >> lane & 1) != 0) weights[std::size_t(lane)] = greatest(fixed(lane).share);
-        }
-        trace_tile(scene_, poses, bundle, ~own_, weights, seen);
-      }
+      std::uint64_t unknown = 0;
       for (int lane = 0; lane < kTileRays; ++lane) {
         const int x = column + lane % kTileSide;
         const int y = row + lane / kTileSide;
         if (x > window_.last_column || y > bottom) continue;
-        Colour& colour = colours[std::size_t(y - top) * std::size_t(columns) + std::size_t(x - window_.first_column)];
-        if (tile == nullptr || (tile->mirror >> lane & 1) == 0) {
-          colour = centre(poses, planned, x, y);
-          continue;
-        }
-        const FixedPixel& pixel = fixed(lane);
-        const Ray ray{bundle.rays.origin.at(lane), bundle.rays.direction.at(lane)};
-        const bool met = (seen.met >> lane & 1) != 0;
-        colour =
-            pixel.colour + pixel.share * (met ? seen.colours[std::size_t(lane)] : without_meeting(poses, ray, pixel));
+        const FixedPixel* pixel = planned ? &fixed_[pixel_index(x, y)] : nullptr;
+        if (pixel == nullptr || pixel->kind == FixedPixel::Kind::kAny) unknown |= std::uint64_t{1} << lane;
+        if (pixel != nullptr) tile[std::size_t(lane)] = pixel->colour;
+      }
+      if (planned) reflect(poses, column, row, tile);
+      if (unknown != 0) look(poses, column, row, unknown, tile);
+      for (int y = row; y < row + kTileSide && y <= bottom; ++y) {
+        const int width = std::min(kTileSide, window_.last_column - column + 1);
+        std::copy_n(tile.begin() + (y - row) * kTileSide, width,
+                    colours.begin() + std::ptrdiff_t(y - top) * columns + (column - window_.first_column));
       }
     }
   }
 }
 
+const NativeView::FixedTile& NativeView::fixed_tile_at(int x, int y) const {
+  const int tile_columns = (window_.last_column - window_.first_column) / kTileSide + 1;
+  return tiles_[std::size_t((y - window_.first_row) / kTileSide * tile_columns +
+                            (x - window_.first_column) / kTileSide)];
+}
+
+void NativeView::reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile) const {
+  const FixedTile& fixed = fixed_tile_at(column, row);
+  if (fixed.mirror == 0) return;
+  thread_local RayBundle bundle;
+  thread_local SeenTile seen;
+  thread_local Lane weights;
+  const auto pixel_of = [&](int lane) -> const FixedPixel& {
+    return fixed_[pixel_index(column + lane % kTileSide, row + lane / kTileSide)];
+  };
+  bundle.used = fixed.mirror;
+  bundle.t_max = fixed.own_t;
+  transform_rays(poses.view, fixed.origin, fixed.direction, bundle.rays);
+  for_each_lane(fixed.mirror, [&](int lane) { weights[std::size_t(lane)] = greatest(pixel_of(lane).share); });
+  trace_tile(scene_, poses, bundle, RayKind::kReflected, ~own_, weights, seen);
+  for_each_lane(fixed.mirror, [&](int lane) {
+    const auto i = std::size_t(lane);
+    const FixedPixel& pixel = pixel_of(lane);
+    const bool met = (seen.met >> lane & 1) != 0;
+    const Ray ray{bundle.rays.origin.at(lane), bundle.rays.direction.at(lane)};
+    tile[i] += pixel.share * (met ? seen.colours[i] : without_meeting(poses, ray, pixel));
+  });
+}
+
+void NativeView::look(const Poses& poses, int column, int row, std::uint64_t lanes,
+                      std::array<Colour, kTileRays>& tile) const {
+  thread_local RayBundle bundle;
+  thread_local SeenTile seen;
+  thread_local Lane weights;
+  bundle.used = lanes;
+  bundle.t_max.fill(kInfinity);
+  weights.fill(1);
+  TileVectors origin;
+  TileVectors direction;
+  const int any = std::countr_zero(lanes);
+  for (int lane = 0; lane < kTileRays; ++lane) {
+    const int there = (lanes >> lane & 1) != 0 ? lane : any;
+    const Ray ray = camera_ray(column + there % kTileSide + 0.5, row + there / kTileSide + 0.5);
+    origin.set(lane, poses.view.point(ray.origin));
+    direction.set(lane, normalized(poses.view.direction(ray.direction)));
+  }
+  transform_rays({}, origin, direction, bundle.rays);
+  trace_tile(scene_, poses, bundle, RayKind::kFromCamera, kAllGroups, weights, seen);
+  for_each_lane(lanes, [&](int lane) {
+    const auto i = std::size_t(lane);
+    const bool met = (seen.met >> lane & 1) != 0;
+    tile[i] = met ? seen.colours[i] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane));
+  });
+}
+
 void NativeView::render(const Poses& poses, int antialias, int band, Image& image) const {
   const bool planned = is_plan_valid(poses);
   const auto store = [&](int x, int y, const Colour& colour) {
-    std::uint8_t* bytes = image.bytes.data() + 3 * (std::size_t(y) * std::size_t(width_px_) + std::size_t(x));
+    std::uint8_t* bytes = image.bytes.data() + 3 * pixel_index(x, y);
     bytes[0] = srgb_byte(colour.x);
     bytes[1] = srgb_byte(colour.y);
     bytes[2] = srgb_byte(colour.z);

@@ -74,6 +74,14 @@ class NativeView {
   [[nodiscard]] Colour centre(const Poses& poses, bool planned, int x, int y) const;
   /// Returns what a reflected ray brings that meets nothing but, maybe, the robot itself.
   [[nodiscard]] Colour without_meeting(const Poses& poses, const Ray& ray, const FixedPixel& pixel) const;
+  /// Adds what the mirror's pixels of a tile reflect.
+  void reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile) const;
+  /// Sets what some pixels of a tile show, of which nothing is known.
+  void look(const Poses& poses, int column, int row, std::uint64_t lanes, std::array<Colour, kTileRays>& tile) const;
+  [[nodiscard]] const FixedTile& fixed_tile_at(int x, int y) const;
+  [[nodiscard]] std::size_t pixel_index(int x, int y) const {
+    return std::size_t(y) * std::size_t(width_px_) + std::size_t(x);
+  }
   /// Sets what the centres of a band's pixels show, row by row of the window.
   void centres(const Poses& poses, bool planned, int band, std::vector<Colour>& colours) const;
 

@@ -39,6 +39,8 @@ class TracedSolid {
   [[nodiscard]] std::optional<Bounds3> bounds() const { return bounds_; }
   /// The box, if the solid is nothing but one box along the axes, neither clipped nor inverse.
   [[nodiscard]] std::optional<Bounds3> as_box() const;
+  /// The texture of the first surface, as in Crossing.
+  [[nodiscard]] const Texture* only_texture() const { return surfaces_.empty() ? nullptr : surfaces_.front().texture; }
   /// Returns whether it is one surface all of which is seen.
   [[nodiscard]] bool is_single() const {
     return surfaces_.size() == 1 && surfaces_.front().conditions.begin == surfaces_.front().conditions.end;

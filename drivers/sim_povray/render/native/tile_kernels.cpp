@@ -141,21 +141,24 @@ std::uint64_t LanesBlocked(const RayTile& rays, const Bounds3& box, const Lane& 
   return lanes;
 }
 
-void FaceLight(const TileVectors& points, const TileVectors& normals, const Vec3& light, TileVectors& to_light,
-               Lane& distance, Lane& cosine) {
+void AimAtLight(const Vec3& light, const TileVectors& normals, RayTile& rays, Lane& distance, Lane& cosine) {
   for (std::size_t i = 0; i < std::size_t(kTileRays); i += step()) {
-    const Vector x = hn::Sub(all(light.x), load(points.x, i));
-    const Vector y = hn::Sub(all(light.y), load(points.y, i));
-    const Vector z = hn::Sub(all(light.z), load(points.z, i));
+    const Vector x = hn::Sub(all(light.x), load(rays.origin.x, i));
+    const Vector y = hn::Sub(all(light.y), load(rays.origin.y, i));
+    const Vector z = hn::Sub(all(light.z), load(rays.origin.z, i));
     const Vector length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
-    const Vector along = hn::Add(hn::Add(hn::Mul(x, load(normals.x, i)), hn::Mul(y, load(normals.y, i))),
-                                 hn::Mul(z, load(normals.z, i)));
-    store(x, to_light.x, i);
-    store(y, to_light.y, i);
-    store(z, to_light.z, i);
+    const Vector u = hn::Div(x, length);
+    const Vector v = hn::Div(y, length);
+    const Vector w = hn::Div(z, length);
+    store(u, rays.direction.x, i);
+    store(v, rays.direction.y, i);
+    store(w, rays.direction.z, i);
     store(length, distance, i);
-    store(hn::Div(along, length), cosine, i);
+    store(hn::Add(hn::Add(hn::Mul(u, load(normals.x, i)), hn::Mul(v, load(normals.y, i))),
+                  hn::Mul(w, load(normals.z, i))),
+          cosine, i);
   }
+  InvertDirections(rays);
 }
 
 std::string InstructionSet() { return hwy::TargetName(HWY_TARGET); }
@@ -173,7 +176,7 @@ HWY_EXPORT(LimitsOf);
 HWY_EXPORT(MeetBox);
 HWY_EXPORT(LanesThrough);
 HWY_EXPORT(LanesBlocked);
-HWY_EXPORT(FaceLight);
+HWY_EXPORT(AimAtLight);
 HWY_EXPORT(InstructionSet);
 
 void transform_rays(const Transform& transform, const TileVectors& origin, const TileVectors& direction,
@@ -192,9 +195,8 @@ std::uint64_t lanes_through(const RayTile& rays, const Bounds3& box, double t_mi
 std::uint64_t lanes_blocked(const RayTile& rays, const Bounds3& box, const Lane& t_min, const Lane& t) {
   return HWY_DYNAMIC_DISPATCH(LanesBlocked)(rays, box, t_min, t);
 }
-void face_light(const TileVectors& points, const TileVectors& normals, const Vec3& light, TileVectors& to_light,
-                Lane& distance, Lane& cosine) {
-  HWY_DYNAMIC_DISPATCH(FaceLight)(points, normals, light, to_light, distance, cosine);
+void aim_at_light(const Vec3& light, const TileVectors& normals, RayTile& rays, Lane& distance, Lane& cosine) {
+  HWY_DYNAMIC_DISPATCH(AimAtLight)(light, normals, rays, distance, cosine);
 }
 std::string instruction_set() { return HWY_DYNAMIC_DISPATCH(InstructionSet)(); }
 

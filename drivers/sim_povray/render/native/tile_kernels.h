@@ -52,10 +52,9 @@ void meet_box(const RayTile& rays, const Bounds3& box, double number, double t_m
 std::uint64_t lanes_through(const RayTile& rays, const Bounds3& box, double t_min, const Lane& t);
 /// Returns the lanes whose rays cross a face of the box between their t_min and their t.
 std::uint64_t lanes_blocked(const RayTile& rays, const Bounds3& box, const Lane& t_min, const Lane& t);
-/// Sets `to_light` to the vectors from points to `light`, `distance` to their lengths, and `cosine` to the cosines
-/// between them and the normals (of length 1).
-void face_light(const TileVectors& points, const TileVectors& normals, const Vec3& light, TileVectors& to_light,
-                Lane& distance, Lane& cosine);
+/// Directs rays, which have their origins, to a light: sets directions of length 1 and their inverse, `distance` to the
+/// light and `cosine` between direction and normal (of length 1).
+void aim_at_light(const Vec3& light, const TileVectors& normals, RayTile& rays, Lane& distance, Lane& cosine);
 
 /// Returns the name of the instruction set in use: "AVX2".
 std::string instruction_set();

@@ -13,12 +13,6 @@
 namespace twocone::sim_povray {
 namespace {
 
-/// Calls `visit(lane)` for each set bit.
-template <class Visit>
-void for_each_lane(std::uint64_t lanes, Visit visit) {
-  for (; lanes != 0; lanes &= lanes - 1) visit(std::countr_zero(lanes));
-}
-
 /// Bounds of the origins and directions of a tile's rays.
 struct Beam {
   Bounds3 origin, direction;
@@ -110,14 +104,19 @@ class Candidates {
 struct Workspace {
   RayTile local, shadow;
   TileHits hits;
-  Lane shadow_min, shadow_max;
+  TileVectors normals;  // towards where the rays come from
+  Lane shadow_min, shadow_max, cosine;
   Candidates candidates;
   std::array<Meeting, kTileRays> meetings;
   std::array<Colour, kTileRays> pigments, parts;
 };
 
 Workspace& workspace() {
-  thread_local Workspace result;
+  thread_local Workspace result = [] {
+    Workspace fresh{};
+    fresh.shadow_min.fill(kNearestShadow);
+    return fresh;
+  }();
   return result;
 }
 
@@ -132,7 +131,11 @@ const RayTile& in_group(const TracedScene::Group& group, const Poses& poses, con
   return room;
 }
 
-void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, GroupSet which, Workspace& w) {
+void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, RayKind kind, GroupSet which,
+                  Workspace& w) {
+  const auto is_seen = [kind](const TracedScene::Item& item) {
+    return kind == RayKind::kFromCamera ? item.in_image : item.in_reflection;
+  };
   w.hits.t = bundle.t_max;
   w.hits.number.fill(-1);
   const auto& groups = scene.groups();
@@ -153,7 +156,7 @@ void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle&
     };
     for (const int index : group.unbounded) {
       const TracedScene::Item& item = group.items[std::size_t(index)];
-      if (item.in_reflection) meet(item, bundle.used);
+      if (is_seen(item)) meet(item, bundle.used);
     }
     if (group.bounded.empty()) continue;
     const Beam beam{limits_of(rays.origin), limits_of(rays.direction)};
@@ -162,7 +165,7 @@ void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle&
     for (const auto& candidate : w.candidates) {
       if (candidate.entry > farthest) break;
       const TracedScene::Item& item = group.items[std::size_t(group.bounded_items[std::size_t(candidate.index)])];
-      if (!item.in_reflection) continue;
+      if (!is_seen(item)) continue;
       if (item.is_box) {
         meet_box(rays, item.bounds, item.number, kNearest, w.hits);
       } else {
@@ -173,21 +176,9 @@ void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle&
   }
 }
 
-/// Returns the lanes of `lanes` from whose meeting something hides the light.
+/// Returns the lanes of `lanes` on whose way to the light (the rays w.shadow) something is.
 std::uint64_t shadowed(const TracedScene& scene, const Poses& poses, const Vec3& light, std::uint64_t lanes,
                        Workspace& w) {
-  const int any = std::countr_zero(lanes);
-  for (int lane = 0; lane < kTileRays; ++lane) {
-    const auto i = std::size_t(lane);
-    const Meeting& meeting = w.meetings[(lanes >> lane & 1) != 0 ? i : std::size_t(any)];
-    const Vec3 way = light - meeting.point;
-    const double distance = length(way);
-    w.shadow.origin.set(lane, meeting.point);
-    w.shadow.direction.set(lane, way / distance);
-    w.shadow_min[i] = kNearestShadow;
-    w.shadow_max[i] = distance - kNearestShadow;
-  }
-  invert_directions(w.shadow);
   std::uint64_t dark = 0;
   for (const TracedScene::Group& group : scene.groups()) {
     const RayTile& rays = in_group(group, poses, w.shadow, w.local);
@@ -217,31 +208,67 @@ std::uint64_t shadowed(const TracedScene& scene, const Poses& poses, const Vec3&
   return dark;
 }
 
+/// Returns the normal of a box where one of the rays meets it at t, by meet_box()'s own numbers.
+Vec3 normal_of_box(const RayTile& rays, int lane, const Bounds3& box, double t) {
+  const Vec3 origin = rays.origin.at(lane);
+  const Vec3 inverse = rays.inverse.at(lane);
+  const Vec3 low = (box.low - origin) * inverse;
+  const Vec3 high = (box.high - origin) * inverse;
+  if (low.x == t) return {-1, 0, 0};
+  if (high.x == t) return {1, 0, 0};
+  if (low.y == t) return {0, -1, 0};
+  if (high.y == t) return {0, 1, 0};
+  return low.z == t ? Vec3{0, 0, -1} : Vec3{0, 0, 1};
+}
+
 }  // namespace
 
-void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, GroupSet which,
-                const std::array<double, kTileRays>& weights, SeenTile& seen) {
+void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, RayKind kind, GroupSet which,
+                const Lane& weights, SeenTile& seen) {
   Workspace& w = workspace();
-  find_nearest(scene, poses, bundle, which, w);
+  find_nearest(scene, poses, bundle, kind, which, w);
   seen.met = 0;
   const EvaluatedScene& description = scene.scene();
   for_each_lane(bundle.used, [&](int lane) {
     const auto i = std::size_t(lane);
     if (w.hits.number[i] < 0) return;
-    const auto meeting = meeting_with(scene, poses, ray_of(bundle.rays, lane), int(w.hits.number[i]));
-    if (!meeting) return;  // it only touches an edge
+    const Ray ray = ray_of(bundle.rays, lane);
+    const auto [group_index, item_index] = scene.place(int(w.hits.number[i]));
+    const TracedScene::Group& group = scene.groups()[std::size_t(group_index)];
+    const TracedScene::Item& item = group.items[std::size_t(item_index)];
+    if (item.is_box && group.mover == -1) {
+      const double t = w.hits.t[i];
+      const Vec3 point = ray.at(t);
+      w.meetings[i] = {t, &group, item.box_texture, point, point, normal_of_box(bundle.rays, lane, item.bounds, t)};
+    } else {
+      const auto meeting = meeting_with(poses, ray, group, item);
+      if (!meeting) return;  // it only touches an edge
+      w.meetings[i] = *meeting;
+    }
     seen.met |= std::uint64_t{1} << lane;
-    w.meetings[i] = *meeting;
-    const Finish& finish = w.meetings[i].texture->finish;
-    w.pigments[i] = pigment_colour(w.meetings[i].texture->pigment, w.meetings[i].pattern_point);
-    seen.colours[i] = unlit(finish, w.pigments[i], description.ambient_light);
+    const Meeting& meeting = w.meetings[i];
+    w.shadow.origin.set(lane, meeting.point);
+    w.normals.set(lane, dot(meeting.normal, ray.direction) > 0 ? -meeting.normal : meeting.normal);
+    w.pigments[i] = pigment_colour(meeting.texture->pigment, meeting.pattern_point);
+    seen.colours[i] = unlit(meeting.texture->finish, w.pigments[i], description.ambient_light);
+  });
+  if (seen.met == 0) return;
+  const int any = std::countr_zero(seen.met);
+  for_each_lane(~seen.met, [&](int lane) {
+    w.shadow.origin.set(lane, w.shadow.origin.at(any));
+    w.normals.set(lane, w.normals.at(any));
   });
   for (const LightSource& given : description.lights) {
     const LightSource light = placed(given, poses);
+    aim_at_light(light.position, w.normals, w.shadow, w.shadow_max, w.cosine);
     std::uint64_t facing = 0;
     for_each_lane(seen.met, [&](int lane) {
       const auto i = std::size_t(lane);
-      w.parts[i] = light_of(w.meetings[i], bundle.rays.direction.at(lane), w.pigments[i], light);
+      w.shadow_max[i] -= kNearestShadow;
+      if (!(w.cosine[i] > 0)) return;
+      w.parts[i] =
+          lit(w.meetings[i].texture->finish, w.pigments[i], w.normals.at(lane), -bundle.rays.direction.at(lane),
+              w.shadow.direction.at(lane), light_at(light, w.meetings[i].point));
       if (w.parts[i] != Colour{}) facing |= std::uint64_t{1} << lane;
     });
     if (facing == 0) continue;
@@ -249,10 +276,11 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
     for_each_lane(facing, [&](int lane) { seen.colours[std::size_t(lane)] += w.parts[std::size_t(lane)]; });
   }
   // Reflections of reflections are few, and go different ways.
+  const int level = kind == RayKind::kFromCamera ? 1 : 2;
   for_each_lane(seen.met, [&](int lane) {
     const auto i = std::size_t(lane);
     if (w.meetings[i].texture->finish.reflection == Colour{}) return;
-    seen.colours[i] += mirrored(scene, poses, ray_of(bundle.rays, lane), w.meetings[i], 2, weights[i]);
+    seen.colours[i] += mirrored(scene, poses, ray_of(bundle.rays, lane), w.meetings[i], level, weights[i]);
   });
 }
 

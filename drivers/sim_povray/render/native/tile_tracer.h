@@ -2,12 +2,19 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 
 #include "drivers/sim_povray/render/native/tile_kernels.h"
 #include "drivers/sim_povray/render/native/traced_scene.h"
 
 namespace twocone::sim_povray {
+
+/// Calls `visit(lane)` for each set bit.
+template <class Visit>
+void for_each_lane(std::uint64_t lanes, Visit visit) {
+  for (; lanes != 0; lanes &= lanes - 1) visit(std::countr_zero(lanes));
+}
 
 /// Neighbouring rays that are traced together.
 struct RayBundle {
@@ -22,10 +29,9 @@ struct SeenTile {
   std::array<Colour, kTileRays> colours;
 };
 
-/// Traces reflected rays, of level 2, against the groups in `which`; shadows come from all groups. The colours are
-/// those of nearest() and shaded(), to the last bit.
-/// @param weight of what the rays bring, per lane
-void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, GroupSet which,
-                const std::array<double, kTileRays>& weights, SeenTile& seen);
+/// Does for each lane what nearest(), with the groups in `which`, and shaded() do; reflected rays are of level 2.
+/// @param weights of what the rays bring
+void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, RayKind kind, GroupSet which,
+                const Lane& weights, SeenTile& seen);
 
 }  // namespace twocone::sim_povray

@@ -54,8 +54,10 @@ void TracedScene::add(const Object& object, int mover) {
   const auto box = solid.as_box();
   const int number = int(places_.size());
   places_.push_back({int(group - groups_.begin()), int(group->items.size())});
+  const Texture* box_texture = solid.only_texture() != nullptr ? solid.only_texture() : object.texture.get();
   group->items.push_back({std::move(solid), object.texture.get(), number, !object.no_shadow, !object.no_image,
-                          !object.no_reflection, box.value_or(bounds.value_or(Bounds3{})), box.has_value()});
+                          !object.no_reflection, box.value_or(bounds.value_or(Bounds3{})), box.has_value(),
+                          box_texture});
 }
 
 std::optional<Meeting> nearest(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind,
@@ -129,10 +131,8 @@ Colour sky_colour(const EvaluatedScene& scene, const Vec3& direction) {
   return scene.sky ? pigment_colour(*scene.sky, direction) : scene.background;
 }
 
-std::optional<Meeting> meeting_with(const TracedScene& scene, const Poses& poses, const Ray& ray, int number) {
-  const auto [group_index, item_index] = scene.place(number);
-  const TracedScene::Group& group = scene.groups()[std::size_t(group_index)];
-  const TracedScene::Item& item = group.items[std::size_t(item_index)];
+std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const TracedScene::Group& group,
+                                    const TracedScene::Item& item) {
   const Transform& pose = poses.of(group.mover);
   const Ray local =
       group.mover == -1 ? ray : Ray{pose.inverse_point(ray.origin), pose.inverse_direction(ray.direction)};

@@ -33,6 +33,7 @@ class TracedScene {
     bool in_reflection;  ///< seen in mirrors
     Bounds3 bounds;      ///< of what is not infinite
     bool is_box;         ///< it is the box `bounds` and nothing else
+    const Texture* box_texture;
   };
   struct Group {
     int mover = -1;
@@ -94,8 +95,9 @@ bool is_shadowed(const TracedScene& scene, const Poses& poses, const Vec3& point
 
 /// Returns the colour that a ray brings, in linear light. @param level 1 for a ray from the camera
 Colour traced(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind, int level, double weight);
-/// Returns the nearest crossing of a ray with an item. @param number Item::number
-std::optional<Meeting> meeting_with(const TracedScene& scene, const Poses& poses, const Ray& ray, int number);
+/// Returns the nearest crossing of a ray with an item of the group.
+std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const TracedScene::Group& group,
+                                    const TracedScene::Item& item);
 /// Returns the light source where it is in this image.
 LightSource placed(const LightSource& light, const Poses& poses);
 /// Returns what a surface shows because of one light source, if nothing is in the way.
