@@ -124,14 +124,16 @@ void NativeView::plan() {
 
 NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
   FixedTile tile;
-  tile.own_t.fill(kInfinity);
+  tile.surroundings = ~own_;
   for (int lane = 0; lane < kTileRays; ++lane) {
     const int x = column + lane % kTileSide;
     const int y = row + lane / kTileSide;
     if (x > window_.last_column || y > window_.last_row) continue;
     FixedPixel& pixel = fixed_[pixel_index(x, y)];
     Ray reflected;
-    pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, tile.own_t[std::size_t(lane)]);
+    bool meets_own = false;
+    pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, meets_own);
+    if (meets_own) tile.surroundings = kAllGroups;
     if (pixel.kind != FixedPixel::Kind::kMirror) continue;
     tile.mirror |= std::uint64_t{1} << lane;
     tile.origin.set(lane, reflected.origin);
@@ -143,12 +145,11 @@ NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
     if ((tile.mirror >> lane & 1) != 0) continue;
     tile.origin.set(lane, tile.origin.at(any));
     tile.direction.set(lane, tile.direction.at(any));
-    tile.own_t[std::size_t(lane)] = tile.own_t[std::size_t(any)];
   }
   return tile;
 }
 
-NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, double& own_t) {
+NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own) {
   const EvaluatedScene& description = scene_.scene();
   Poses rest;
   rest.movers.resize(std::size_t(robot_) + 1);
@@ -169,9 +170,7 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, d
   pixel.share = share;
   const Vec3 normal = dot(meeting->normal, ray.direction) > 0 ? -meeting->normal : meeting->normal;
   reflected = {meeting->point, ray.direction - normal * (2 * dot(ray.direction, normal))};
-  const auto own = nearest(scene_, rest, reflected, RayKind::kReflected, own_);
-  pixel.meets_own = own.has_value();
-  if (own) own_t = own->t;
+  meets_own = nearest(scene_, rest, reflected, RayKind::kReflected, own_).has_value();
   return pixel;
 }
 
@@ -221,16 +220,7 @@ Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const 
   const int row = y - window_.first_row;
   const int lane = row % kTileSide * kTileSide + column % kTileSide;
   const Ray ray{poses.view.point(tile.origin.at(lane)), poses.view.direction(tile.direction.at(lane))};
-  const double weight = greatest(pixel.share);
-  if (const auto meeting = nearest(scene_, poses, ray, RayKind::kReflected, ~own_, tile.own_t[std::size_t(lane)])) {
-    return pixel.colour + pixel.share * shaded(scene_, poses, ray, *meeting, 2, weight);
-  }
-  return pixel.colour + pixel.share * without_meeting(poses, ray, pixel);
-}
-
-Colour NativeView::without_meeting(const Poses& poses, const Ray& ray, const FixedPixel& pixel) const {
-  return pixel.meets_own ? traced(scene_, poses, ray, RayKind::kReflected, 2, greatest(pixel.share))
-                         : sky_colour(scene_.scene(), ray.direction);
+  return pixel.colour + pixel.share * traced(scene_, poses, ray, RayKind::kReflected, 2, greatest(pixel.share));
 }
 
 void NativeView::centres(const Poses& poses, bool planned, int band, std::vector<Colour>& colours) const {
@@ -277,16 +267,15 @@ void NativeView::reflect(const Poses& poses, int column, int row, std::array<Col
     return fixed_[pixel_index(column + lane % kTileSide, row + lane / kTileSide)];
   };
   bundle.used = fixed.mirror;
-  bundle.t_max = fixed.own_t;
+  bundle.t_max.fill(kInfinity);
   transform_rays(poses.view, fixed.origin, fixed.direction, bundle.rays);
   for_each_lane(fixed.mirror, [&](int lane) { weights[std::size_t(lane)] = greatest(pixel_of(lane).share); });
-  trace_tile(scene_, poses, bundle, RayKind::kReflected, ~own_, weights, seen);
+  trace_tile(scene_, poses, bundle, RayKind::kReflected, fixed.surroundings, weights, seen);
   for_each_lane(fixed.mirror, [&](int lane) {
     const auto i = std::size_t(lane);
     const FixedPixel& pixel = pixel_of(lane);
     const bool met = (seen.met >> lane & 1) != 0;
-    const Ray ray{bundle.rays.origin.at(lane), bundle.rays.direction.at(lane)};
-    tile[i] += pixel.share * (met ? seen.colours[i] : without_meeting(poses, ray, pixel));
+    tile[i] += pixel.share * (met ? seen.colours[i] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane)));
   });
 }
 

@@ -49,20 +49,20 @@ class NativeView {
       kMirror,    ///< `colour`, and `share` of what the reflected ray meets
     };
     Kind kind = Kind::kAny;
-    bool meets_own = false;  ///< the reflected ray meets the robot itself at own_t
     Colour colour{}, share{};
   };
   /// The reflected rays of kTileSide x kTileSide pixels, in the coordinates in which the scene shows the robot.
   struct FixedTile {
     std::uint64_t mirror = 0;       ///< pixels of kind kMirror, row by row
     TileVectors origin, direction;  ///< the others repeat the ray of one that is
-    Lane own_t;                     ///< where a ray meets the robot itself; else kInfinity
+    /// Where the rays may meet anything: all groups, if one of them meets the robot itself, else all others.
+    GroupSet surroundings = 0;
   };
 
   NativeView(EvaluatedScene scene, const ViewTemplate& view_template);
 
   [[nodiscard]] Ray camera_ray(double column, double row) const;
-  FixedPixel fixed_pixel(const Ray& ray, Ray& reflected, double& own_t);
+  FixedPixel fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own);
   [[nodiscard]] FixedTile fixed_tile(int column, int row);
   void plan();
   /// Returns whether the camera sees nothing but the robot where fixed_ says so.
@@ -72,8 +72,6 @@ class NativeView {
   [[nodiscard]] Colour seen_through(const Poses& poses, double column, double row) const;
   /// Returns what a pixel's centre shows. @param planned is_plan_valid()
   [[nodiscard]] Colour centre(const Poses& poses, bool planned, int x, int y) const;
-  /// Returns what a reflected ray brings that meets nothing but, maybe, the robot itself.
-  [[nodiscard]] Colour without_meeting(const Poses& poses, const Ray& ray, const FixedPixel& pixel) const;
   /// Adds what the mirror's pixels of a tile reflect.
   void reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile) const;
   /// Sets what some pixels of a tile show, of which nothing is known.

@@ -88,6 +88,12 @@ void InvertDirections(RayTile& rays) {
   invert(rays.direction.z, rays.inverse.z);
 }
 
+double GreatestOf(const Lane& lane) {
+  Vector most = load(lane, 0);
+  for (std::size_t i = step(); i < std::size_t(kTileRays); i += step()) most = hn::Max(most, load(lane, i));
+  return hn::GetLane(hn::MaxOfLanes(kDoubles, most));
+}
+
 Bounds3 LimitsOf(const TileVectors& vectors) {
   const auto limits = [](const Lane& lane, double& low, double& high) {
     Vector least = load(lane, 0);
@@ -172,6 +178,7 @@ namespace twocone::sim_povray {
 
 HWY_EXPORT(TransformRays);
 HWY_EXPORT(InvertDirections);
+HWY_EXPORT(GreatestOf);
 HWY_EXPORT(LimitsOf);
 HWY_EXPORT(MeetBox);
 HWY_EXPORT(LanesThrough);
@@ -185,6 +192,7 @@ void transform_rays(const Transform& transform, const TileVectors& origin, const
   HWY_DYNAMIC_DISPATCH(InvertDirections)(result);
 }
 void invert_directions(RayTile& rays) { HWY_DYNAMIC_DISPATCH(InvertDirections)(rays); }
+double greatest_of(const Lane& lane) { return HWY_DYNAMIC_DISPATCH(GreatestOf)(lane); }
 Bounds3 limits_of(const TileVectors& vectors) { return HWY_DYNAMIC_DISPATCH(LimitsOf)(vectors); }
 void meet_box(const RayTile& rays, const Bounds3& box, double number, double t_min, TileHits& hits) {
   HWY_DYNAMIC_DISPATCH(MeetBox)(rays, box, number, t_min, hits);

@@ -42,6 +42,8 @@ void transform_rays(const Transform& transform, const TileVectors& origin, const
                     RayTile& result);
 /// Sets `inverse`. A component that is nearly 0 counts as 1e-300, so that no product is NaN.
 void invert_directions(RayTile& rays);
+/// Returns the greatest of the numbers.
+double greatest_of(const Lane& lane);
 /// Smallest and greatest component over all lanes.
 Bounds3 limits_of(const TileVectors& vectors);
 

@@ -58,7 +58,7 @@ struct Beam {
   }
 };
 
-/// Boxes of a hierarchy that a beam may meet, from near to far.
+/// Boxes of a hierarchy that a beam may meet.
 class Candidates {
  public:
   struct Candidate {
@@ -89,6 +89,9 @@ class Candidates {
         found_[count_++] = {at, index};
       }
     }
+  }
+  /// Orders them from near to far.
+  void sort() {
     std::sort(found_.begin(), found_.begin() + std::ptrdiff_t(count_),
               [](const Candidate& a, const Candidate& b) { return a.entry < b.entry; });
   }
@@ -121,8 +124,6 @@ Workspace& workspace() {
 }
 
 Ray ray_of(const RayTile& rays, int lane) { return {rays.origin.at(lane), rays.direction.at(lane)}; }
-
-double greatest(const Lane& lane) { return *std::max_element(lane.begin(), lane.end()); }
 
 /// Returns the rays in a group's own coordinates; `room` holds them if they differ.
 const RayTile& in_group(const TracedScene::Group& group, const Poses& poses, const RayTile& rays, RayTile& room) {
@@ -160,8 +161,9 @@ void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle&
     }
     if (group.bounded.empty()) continue;
     const Beam beam{limits_of(rays.origin), limits_of(rays.direction)};
-    double farthest = greatest(w.hits.t);
+    double farthest = greatest_of(w.hits.t);
     w.candidates.find(group.bounded, beam, kNearest, farthest);
+    w.candidates.sort();
     for (const auto& candidate : w.candidates) {
       if (candidate.entry > farthest) break;
       const TracedScene::Item& item = group.items[std::size_t(group.bounded_items[std::size_t(candidate.index)])];
@@ -171,7 +173,7 @@ void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle&
       } else {
         meet(item, lanes_through(rays, item.bounds, kNearest, w.hits.t) & bundle.used);
       }
-      farthest = greatest(w.hits.t);
+      farthest = greatest_of(w.hits.t);
     }
   }
 }
