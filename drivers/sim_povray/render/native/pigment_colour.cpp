@@ -226,8 +226,7 @@ double pattern_value(const Pigment& pigment, const Vec3& point) {
   return waved(pigment, raw_value(pigment, pattern_point(pigment, point)));
 }
 
-Colour pigment_colour(const Pigment& pigment, const Vec3& point) {
-  if (pigment.pattern == Pattern::kColour) return pigment.entries.empty() ? Colour{} : pigment.entries.front().colour;
+Colour patterned_colour(const Pigment& pigment, const Vec3& point) {
   const Vec3 p = pattern_point(pigment, point);
   const double raw = raw_value(pigment, p);
   if (is_list(pigment)) return entry_colour(pigment.entries[raw == 0 ? 0 : 1], p);

@@ -52,34 +52,25 @@ struct ByteTable {
 
 }  // namespace
 
-Colour light_at(const LightSource& light, const Vec3& point) {
+double share_at(const LightSource& light, const Vec3& point) {
   double share = light.is_spot ? cone_share(light, point) : 1;
   if (light.fade_distance != 0 && light.fade_power > 0 && share > 0) {
     share *= 2 / (1 + power(length(point - light.position) / std::abs(light.fade_distance), light.fade_power));
   }
-  return light.colour * share;
+  return share;
 }
 
-Colour unlit(const Finish& finish, const Colour& pigment, const Colour& ambient_light) {
-  return pigment * (finish.ambient * ambient_light + finish.emission);
-}
-
-Colour lit(const Finish& finish, const Colour& pigment, const Vec3& normal, const Vec3& to_eye, const Vec3& to_light,
-           const Colour& light) {
-  const double cosine = dot(normal, to_light);
-  if (!(cosine > 0)) return {};
-  Colour result = pigment * (finish.diffuse * power(cosine, finish.brilliance));
+double highlight_of(const Finish& finish, const Vec3& normal, const Vec3& to_eye, const Vec3& to_light) {
   double highlight = 0;
   if (finish.phong > 0) {
-    const double mirrored = dot(normal * (2 * cosine) - to_light, to_eye);
+    const double mirrored = dot(normal * (2 * dot(normal, to_light)) - to_light, to_eye);
     if (mirrored > 0) highlight += finish.phong * power(mirrored, finish.phong_size);
   }
   if (finish.specular > 0) {
     const double half = dot(normalized(to_eye + to_light), normal);
     if (half > 0) highlight += finish.specular * power(half, 1 / finish.roughness);
   }
-  result += Colour{highlight, highlight, highlight};
-  return result * light;
+  return highlight;
 }
 
 std::uint8_t srgb_byte(double linear) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "drivers/sim_povray/scene/evaluated_scene.h"
@@ -10,16 +11,36 @@
 /// function here agrees with them to their last digit. Directions have length 1.
 namespace twocone::sim_povray {
 
+/// Returns how much of a light's colour reaches a point, by its cone and its fading.
+double share_at(const LightSource& light, const Vec3& point);
+
 /// Returns the light that reaches a point if nothing is in the way: the source's colour, cone and fading.
-Colour light_at(const LightSource& light, const Vec3& point);
+inline Colour light_at(const LightSource& light, const Vec3& point) {
+  const bool fades = light.fade_distance != 0 && light.fade_power > 0;
+  return light.is_spot || fades ? light.colour * share_at(light, point) : light.colour;
+}
 
 /// Returns what a surface shows without any light source.
-Colour unlit(const Finish& finish, const Colour& pigment, const Colour& ambient_light);
+inline Colour unlit(const Finish& finish, const Colour& pigment, const Colour& ambient_light) {
+  return pigment * (finish.ambient * ambient_light + finish.emission);
+}
+
+/// Returns the strength of a surface's highlights. @param normal on the eye's and the light's side
+double highlight_of(const Finish& finish, const Vec3& normal, const Vec3& to_eye, const Vec3& to_light);
 
 /// Returns what a surface adds for one light source.
 /// @param normal on the eye's side @param light what light_at() returns
-Colour lit(const Finish& finish, const Colour& pigment, const Vec3& normal, const Vec3& to_eye, const Vec3& to_light,
-           const Colour& light);
+inline Colour lit(const Finish& finish, const Colour& pigment, const Vec3& normal, const Vec3& to_eye,
+                  const Vec3& to_light, const Colour& light) {
+  const double cosine = dot(normal, to_light);
+  if (!(cosine > 0)) return {};
+  Colour result = pigment * (finish.diffuse * (finish.brilliance == 1 ? cosine : std::pow(cosine, finish.brilliance)));
+  if (finish.phong > 0 || finish.specular > 0) {
+    const double highlight = highlight_of(finish, normal, to_eye, to_light);
+    result += Colour{highlight, highlight, highlight};
+  }
+  return result * light;
+}
 
 /// Returns the byte of an image file (`File_Gamma=sRGB`) for a component of a colour.
 /// Source: IEC 61966-2-1, and the nearest byte.
