@@ -162,6 +162,7 @@ void Evaluation::directive(const Token& token) {
     include();
   } else if (word == "version") {
     version_ = number();
+    has_version_ = true;
     if (peek_symbol() == ';') (void)raw();
   } else if (word == "undef") {
     const std::string name(raw().text);

@@ -160,13 +160,13 @@ struct LightSource {
   Vec3 position{};
   Colour colour{};
   bool is_spot = false;
-  Vec3 point_at{};
+  Vec3 point_at{0, 0, 1};
   double radius_deg = 30;
   double falloff_deg = 45;
   double tightness = 0;
   double fade_distance = 0;
-  double fade_power = 0;  ///< 0: the light does not fade
-  bool shadowless = false;
+  double fade_power = 0;    ///< 0: the light does not fade
+  bool shadowless = false;  ///< nor do its highlights show
   int mover = -1;
 };
 
@@ -175,7 +175,7 @@ struct LightSource {
 struct PerspectiveCamera {
   Vec3 location{};
   Vec3 direction{0, 0, 1};
-  Vec3 right{4.0 / 3, 0, 0};
+  Vec3 right{1.33, 0, 0};
   Vec3 up{0, 1, 0};
   int mover = -1;
 };
@@ -188,7 +188,6 @@ struct EvaluatedScene {
   Colour background{};
   std::optional<Pigment> sky{};
   Colour ambient_light{1, 1, 1};
-  double assumed_gamma = 1;
   int max_trace_level = 5;
   double adc_bailout = 1.0 / 255;
 };

@@ -163,7 +163,7 @@ class Evaluation {
   void read_pigment_parts(Pigment& pigment);
   bool read_pigment_part(const Token& token, Pigment& pigment);
   bool read_pattern(std::string_view word, Pigment& pigment);
-  bool read_wave(std::string_view word, Pigment& pigment);
+  bool read_wave(const Token& token, Pigment& pigment);
   Pigment read_pigment();
   Finish read_finish();
   Texture read_texture();
@@ -198,8 +198,10 @@ class Evaluation {
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
-  int line_ = 1;  // of the last token read
+  int line_ = 1;        // of the last token read
   double version_ = 3.7;
+  bool has_version_ = false;
+  bool has_assumed_gamma_ = false;
   Texture default_;
   EvaluatedScene scene_;
   std::string camera_obstacle_;

@@ -57,6 +57,10 @@ Evaluation::Evaluation(std::string_view text, const std::string& path, const Inc
 EvaluatedScene Evaluation::run() {
   for (Token token = next(); token.kind != Token::Kind::kEnd; token = next()) read_item(token);
   if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
+  if ((!has_version_ || version_ < 3.7) && !has_assumed_gamma_) {
+    fail("without '#version 3.7' or assumed_gamma, POV-Ray codes colours otherwise, which is not supported");
+  }
+  if (version_ < 3.5) fail("a #version before 3.5 is not supported");
   if (!camera_obstacle_.empty()) throw EvaluationError{camera_obstacle_};
   return std::move(scene_);
 }
@@ -110,7 +114,8 @@ void Evaluation::read_global_settings() {
   for (Token token = next(); !token.is('}'); token = next()) {
     const std::string_view word = token.text;
     if (word == "assumed_gamma") {
-      scene_.assumed_gamma = number();
+      has_assumed_gamma_ = true;
+      if (number() != 1) unsupported(token, "other than 1 is not supported");
     } else if (word == "max_trace_level") {
       scene_.max_trace_level = int(number());
     } else if (word == "adc_bailout") {
@@ -368,8 +373,9 @@ LightSource Evaluation::read_light() {
       light.position = placing.transform.point(light.position);
       light.point_at = placing.transform.point(light.point_at);
       if (placing.mover) light.mover = *placing.mover;
-    } else if (word == "spotlight") {
+    } else if (word == "spotlight") {  // of this word and `shadowless`, the later one counts: measured
       light.is_spot = true;
+      light.shadowless = false;
     } else if (word == "point_at") {
       light.point_at = vector();
     } else if (word == "radius") {
@@ -384,6 +390,7 @@ LightSource Evaluation::read_light() {
       light.fade_power = number();
     } else if (word == "shadowless") {
       light.shadowless = true;
+      light.is_spot = false;
     } else if (!token.is(',')) {
       unsupported(token, "is not supported in a light_source");
     }

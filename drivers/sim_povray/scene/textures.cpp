@@ -201,11 +201,12 @@ bool Evaluation::read_pattern(std::string_view word, Pigment& pigment) {
   return true;
 }
 
-bool Evaluation::read_wave(std::string_view word, Pigment& pigment) {
+bool Evaluation::read_wave(const Token& token, Pigment& pigment) {
+  const std::string_view word = token.text;
   if (const auto wave = kWaves.find(word); wave != kWaves.end()) {
     pigment.wave = wave->second;
-    const Token token = peek();
-    if (*pigment.wave == Wave::kPoly && (token.kind == Token::Kind::kNumber || token.is('('))) {
+    const Token after = peek();
+    if (*pigment.wave == Wave::kPoly && (after.kind == Token::Kind::kNumber || after.is('('))) {
       pigment.poly_exponent = number();
     }
   } else if (word == "frequency") {
@@ -214,6 +215,10 @@ bool Evaluation::read_wave(std::string_view word, Pigment& pigment) {
     pigment.phase = number();
   } else {
     return false;
+  }
+  // Its two colours are a map whose default frequency is 0.
+  if (pigment.pattern == Pattern::kChecker || pigment.pattern == Pattern::kBrick) {
+    unsupported(token, "is not supported in a checker or brick");
   }
   return true;
 }
@@ -248,7 +253,7 @@ bool Evaluation::read_pigment_part(const Token& token, Pigment& pigment) {
     pigment.steps.push_back(read_warp());
   } else if (word == "quick_color" || word == "quick_colour") {
     (void)colour_value();
-  } else if (!read_pattern(word, pigment) && !read_wave(word, pigment)) {
+  } else if (!read_pattern(word, pigment) && !read_wave(token, pigment)) {
     return false;
   }
   return true;

@@ -156,9 +156,11 @@ double raw_value(const Pigment& pigment, const Vec3& p) {
 
 /// Returns the value after frequency, phase and wave.
 double waved(const Pigment& pigment, double value) {
-  value = value * pigment.frequency + pigment.phase;
-  if (value < 0 || value > 1) value = std::fmod(value, kWavePeriod);
-  if (value < 0) value += 1;
+  if (pigment.frequency != 0) {  // a frequency of 0 leaves the value as it is, and the phase out: measured
+    value = value * pigment.frequency + pigment.phase;
+    if (value < 0 || value > 1) value = std::fmod(value, kWavePeriod);
+    if (value < 0) value += 1;
+  }
   switch (pigment.wave.value_or(pigment.pattern == Pattern::kWood ? Wave::kTriangle : Wave::kRamp)) {
     case Wave::kRamp:
       break;
@@ -186,7 +188,7 @@ const std::vector<PigmentEntry>& default_map(Pattern pattern) {
                                               {0.6, {0, 1, 0}, nullptr}, {0.6, {0, 0, 1}, nullptr},
                                               {0.8, {0, 0, 1}, nullptr}, {0.8, {1, 0, 0}, nullptr}};
   static const std::vector<PigmentEntry> radial{
-      {0, {0, 1, 1}, nullptr}, {1.0 / 3, {1, 1, 0}, nullptr}, {2.0 / 3, {1, 0, 1}, nullptr}, {1, {0, 1, 1}, nullptr}};
+      {0, {0, 1, 1}, nullptr}, {0.333, {1, 1, 0}, nullptr}, {0.666, {1, 0, 1}, nullptr}, {1, {0, 1, 1}, nullptr}};
   switch (pattern) {
     case Pattern::kWood:
       return wood;

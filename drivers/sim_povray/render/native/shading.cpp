@@ -29,6 +29,14 @@ double cone_share(const LightSource& light, const Vec3& point) {
   return share * t * t * (3 - 2 * t);
 }
 
+/// Returns Strauss's approximation of Fresnel's reflection. @param cosine between normal and light
+double grazing_share(double cosine) {
+  constexpr double k = 1.12;
+  const auto inverse_square = [](double value) { return 1 / (value * value); };
+  const double x = std::acos(std::clamp(cosine, -1.0, 1.0)) / (std::numbers::pi / 2);
+  return (inverse_square(x - k) - inverse_square(k)) / (inverse_square(1 - k) - inverse_square(k));
+}
+
 double decoded(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
 
 /// The least linear values of the bytes, and near which byte a value lies.
@@ -60,7 +68,8 @@ double share_at(const LightSource& light, const Vec3& point) {
   return share;
 }
 
-double highlight_of(const Finish& finish, const Vec3& normal, const Vec3& to_eye, const Vec3& to_light) {
+Colour highlight_of(const Finish& finish, const Colour& pigment, const Vec3& normal, const Vec3& to_eye,
+                    const Vec3& to_light) {
   double highlight = 0;
   if (finish.phong > 0) {
     const double mirrored = dot(normal * (2 * dot(normal, to_light)) - to_light, to_eye);
@@ -70,7 +79,10 @@ double highlight_of(const Finish& finish, const Vec3& normal, const Vec3& to_eye
     const double half = dot(normalized(to_eye + to_light), normal);
     if (half > 0) highlight += finish.specular * power(half, 1 / finish.roughness);
   }
-  return highlight;
+  const Colour white{1, 1, 1};
+  if (finish.metallic == 0) return white * highlight;
+  const double tint = finish.metallic * (1 - grazing_share(dot(normal, to_light)));
+  return (white - (white - pigment) * tint) * highlight;
 }
 
 std::uint8_t srgb_byte(double linear) {

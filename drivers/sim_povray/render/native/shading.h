@@ -25,19 +25,22 @@ inline Colour unlit(const Finish& finish, const Colour& pigment, const Colour& a
   return pigment * (finish.ambient * ambient_light + finish.emission);
 }
 
-/// Returns the strength of a surface's highlights. @param normal on the eye's and the light's side
-double highlight_of(const Finish& finish, const Vec3& normal, const Vec3& to_eye, const Vec3& to_light);
+/// Returns the highlights of a surface. `metallic` gives them the surface's colour where the light does not graze it.
+/// Source: Strauss 1990, "A realistic lighting model for computer animators".
+/// @param normal on the eye's and the light's side
+Colour highlight_of(const Finish& finish, const Colour& pigment, const Vec3& normal, const Vec3& to_eye,
+                    const Vec3& to_light);
 
 /// Returns what a surface adds for one light source.
-/// @param normal on the eye's side @param light what light_at() returns
+/// @param normal on the eye's side @param light what light_at() returns @param with_highlights not of a shadowless
+/// light
 inline Colour lit(const Finish& finish, const Colour& pigment, const Vec3& normal, const Vec3& to_eye,
-                  const Vec3& to_light, const Colour& light) {
+                  const Vec3& to_light, const Colour& light, bool with_highlights) {
   const double cosine = dot(normal, to_light);
   if (!(cosine > 0)) return {};
   Colour result = pigment * (finish.diffuse * (finish.brilliance == 1 ? cosine : std::pow(cosine, finish.brilliance)));
-  if (finish.phong > 0 || finish.specular > 0) {
-    const double highlight = highlight_of(finish, normal, to_eye, to_light);
-    result += Colour{highlight, highlight, highlight};
+  if (with_highlights && (finish.phong > 0 || finish.specular > 0)) {
+    result += highlight_of(finish, pigment, normal, to_eye, to_light);
   }
   return result * light;
 }

@@ -270,7 +270,7 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
       if (!(w.cosine[i] > 0)) return;
       w.parts[i] =
           lit(w.meetings[i].texture->finish, w.pigments[i], w.normals.at(lane), -bundle.rays.direction.at(lane),
-              w.shadow.direction.at(lane), light_at(light, w.meetings[i].point));
+              w.shadow.direction.at(lane), light_at(light, w.meetings[i].point), !light.shadowless);
       if (w.parts[i] != Colour{}) facing |= std::uint64_t{1} << lane;
     });
     if (facing == 0) continue;

@@ -159,7 +159,8 @@ Colour light_of(const Meeting& meeting, const Vec3& ray_direction, const Colour&
   const Vec3 to_eye = -ray_direction;
   const Vec3 normal = dot(meeting.normal, to_eye) < 0 ? -meeting.normal : meeting.normal;
   const Vec3 to_light = normalized(light.position - meeting.point);
-  return lit(meeting.texture->finish, pigment, normal, to_eye, to_light, light_at(light, meeting.point));
+  return lit(meeting.texture->finish, pigment, normal, to_eye, to_light, light_at(light, meeting.point),
+             !light.shadowless);
 }
 
 Colour mirrored(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
