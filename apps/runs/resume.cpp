@@ -70,9 +70,12 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
   again.method = estimation::method_named(run.info.method);
   again.seed = run.info.seed;
   again.truth = run.info.truth;
-  // Before there was another renderer, all images were POV-Ray's.
-  again.renderer =
-      run.info.renderer.starts_with("native") ? sim_povray::RendererKind::kNative : sim_povray::RendererKind::kPovray;
+  again.rendered_before = run.info.renderer;
+  // An image of another renderer would give other rows, and the run would be rejected. Before there was another one,
+  // all images were POV-Ray's.
+  again.renderer = sim_povray::RendererKind::kPovray;
+  if (run.info.renderer == "native") again.renderer = sim_povray::RendererKind::kAuto;
+  if (run.info.renderer == "native unchecked") again.renderer = sim_povray::RendererKind::kNative;
   again.out = folder;
   again.old = runlog::OldLines::kKeep;
   again.replace = false;

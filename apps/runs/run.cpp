@@ -94,6 +94,7 @@ class Loop {
       record_.set_replayed(stored.frames());
       clock_before_s_ = stored.last_host_t_s();
       world.session.stored = stored;
+      record_.info().renderer = options_.rendered_before;
       record_.info().events.push_back(fmt::format("resumed after {} frames that were there", stored.frames()));
     }
     sim_povray::KeyPlaces places;
@@ -213,12 +214,15 @@ class Loop {
       if (*checked) record_.note(**checked);
     }
     for (const std::string& warning : rim_warnings(robot_, lower, upper)) record_.note(warning);
-    {
-      const std::lock_guard lock(renderer_mutex_);
-      record_.info().renderer = renderer_;
-    }
+    note_renderer();
     if (!record_.info().renderer.empty()) record_.write_yaml();  // resume() reads it
     return {};
+  }
+
+  void note_renderer() {
+    const std::lock_guard lock(renderer_mutex_);
+    // A resumed run may end before any image had to be rendered.
+    if (!renderer_.empty()) record_.info().renderer = renderer_;
   }
 
   void note_capture(const Robot& robot) {
@@ -231,6 +235,7 @@ class Loop {
   }
 
   Result<runlog::RunInfo> end(const Status& done) {
+    note_renderer();
     runlog::RunInfo& info = record_.info();
     std::vector<std::string> last = record_.take_later();
     if (auto event = answers_.over_budget()) last.push_back(*event);

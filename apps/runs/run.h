@@ -32,7 +32,8 @@ struct RunOptions {
   bool replace = false;  ///< a run in `out` is removed (locked_folder.h) after the robot has been opened
   /// The renderer of a simulation; none: the map's.
   std::optional<sim_povray::RendererKind> renderer{};
-  bool truth = false;  ///< also writes the true content of each mirror pixel (runlog::write_truth)
+  std::string rendered_before{};  ///< RunInfo::renderer of a run that is resumed
+  bool truth = false;             ///< also writes the true content of each mirror pixel (runlog::write_truth)
   /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< receives each of RunInfo::events at once; may be empty

@@ -154,7 +154,9 @@ class ShardRunner {
     host_.reset();
     const Setting setting = finest_of(images);
     settings_ = config::to_robot_settings(robot_of(setting, robot_, plan_.landmarks), map_of(setting, map_), 1);
+    const sim_povray::RendererKind renderer = settings_->world->place.render.renderer;
     settings_->world->place.render = render_;
+    settings_->world->place.render.renderer = renderer;
     auto host = sim_povray::SimulationHost::open(settings_->world->place);
     if (!host) return host.error();
     host_ = *std::move(host);

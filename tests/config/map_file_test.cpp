@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Moving, BadMapFile, testing::ValuesIn(kBadMovingKeys), 
 const BadCase kEffectsCases[] = {
     {"Unknown", "shadows: false", "rolling_shutter: 0.01",
      "map.yaml:14: effects.rolling_shutter is unknown (known here: shadows, area_lights, photons, "
-     "radiosity, media, reflection_depth)"},
+     "radiosity, media, reflection_depth, renderer)"},
     {"OffForFalse", "shadows: false", "shadows: off", "map.yaml:14: effects.shadows is 'off', must be true or false"},
     {"NoReflection", "reflection_depth: 3", "reflection_depth: 0",
      "map.yaml:14: effects.reflection_depth is 0, must be 1 to 256"},

@@ -6,7 +6,7 @@
 robot=${3:-$source_dir/tests/end_to_end/data/small.yaml}
 frames=${4:-40}
 
-"$twocone" run --robot "$robot" --frames "$frames" --out "$work/run" >/dev/null 2>&1 &
+"$twocone" run --renderer povray --robot "$robot" --frames "$frames" --out "$work/run" >/dev/null 2>&1 &
 pid=$!
 for _ in $(seq 6000); do
   rows=$(cat "$work/run/frames.csv" 2>/dev/null | wc -l)

@@ -23,7 +23,7 @@ const fs::path kScenes = fs::path(TWOCONE_SOURCE_DIR) / "scenes";
 const IncludeReader kNoFiles = [](const std::string&) { return std::nullopt; };
 
 Result<EvaluatedScene> read(const std::string& text, const EvaluatorSettings& settings = {}) {
-  return evaluate(text, "t.pov", kNoFiles, settings);
+  return evaluate("#version 3.7; " + text, "t.pov", kNoFiles, settings);
 }
 
 /// Returns the radius of the only sphere of the scene, or its position's x.

@@ -170,6 +170,7 @@ TEST_P(RenderedTest, EachImageIsReportedOnceWithItsCost) {
   const auto before = cpu_of_children();
   {
     PlaceSettings where = tiny_place();
+    where.render.renderer = RendererKind::kPovray;
     where.render.hold = GetParam();
     const auto here = value(SimulationHost::open(where));
     // The first robot requires no report: the cost of its images must not be reported for the next robot.

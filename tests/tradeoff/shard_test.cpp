@@ -74,7 +74,8 @@ TEST(Shard, IsTheSameAfterOthersAndAlone) {
 }
 
 TEST(Shard, ContainsTheAnswersOfItsSettings) {
-  const Small small;
+  Small small;
+  small.map.renderer = sim_povray::RendererKind::kPovray;  // it has a process, whose memory is known
   const RunShard runner = shard_runner(small.robot, small.map, small.plan, {});
   const ShardRecord record = small.run(runner, 1);
   // A single frame has one row. Several frames have one row each, of which the last is the answer.

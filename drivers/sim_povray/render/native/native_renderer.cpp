@@ -49,7 +49,7 @@ Image black(const NativeView& view) {
 }  // namespace
 
 /// An image in the making: workers take its bands one by one.
-struct NativeRenderer::Picture {
+struct NativeRenderer::Task {
   Order order;
   std::shared_ptr<const NativeView> view;
   Poses poses;
@@ -71,7 +71,7 @@ NativeRenderer::~NativeRenderer() {
   changed_.notify_all();
   for (std::thread& worker : workers_) worker.join();
   for (Order& order : held_) order.done(closed_error(order.job.label, "started"));
-  for (const auto& picture : pictures_) picture->order.done(closed_error(picture->order.job.label, "finished"));
+  for (const auto& task : tasks_) task->order.done(closed_error(task->order.job.label, "finished"));
 }
 
 std::shared_ptr<void> NativeRenderer::expect_view() {
@@ -151,24 +151,24 @@ void NativeRenderer::submit(RenderJob job, Done done) {
 }
 
 void NativeRenderer::start(Order order) {
-  auto picture = std::make_shared<Picture>();
+  auto task = std::make_shared<Task>();
   std::string why;
   {
     const std::lock_guard lock(mutex_);
     const auto view = views_.find(order.job.view_template.get());
-    if (obstacle_.empty() && view != views_.end()) picture->view = view->second;
+    if (obstacle_.empty() && view != views_.end()) task->view = view->second;
     why = obstacle_;
   }
-  if (!picture->view) {
+  if (!task->view) {
     if (reference_) return reference_->renderer->submit(std::move(order.job), std::move(order.done));
     return order.done(Error(ErrorCode::kRefused, "{}: {}", order.job.label, why));
   }
   auto poses = parse_poses(order.job.pose);
   if (!poses) return order.done(Error(ErrorCode::kBadData, "{}: its pose cannot be read", order.job.label));
-  picture->poses = *std::move(poses);
-  picture->image = black(*picture->view);
-  picture->order = std::move(order);
-  picture->open_bands = picture->view->bands();
+  task->poses = *std::move(poses);
+  task->image = black(*task->view);
+  task->order = std::move(order);
+  task->open_bands = task->view->bands();
   {
     const std::lock_guard lock(mutex_);
     try {
@@ -177,11 +177,11 @@ void NativeRenderer::start(Order order) {
       }
     } catch (const std::system_error& e) {  // the machine has no thread left: the existing ones do it
       if (workers_.empty()) {
-        return picture->order.done(
-            Error(ErrorCode::kUnavailable, "{}: no thread is available: {}", picture->order.job.label, e.what()));
+        return task->order.done(
+            Error(ErrorCode::kUnavailable, "{}: no thread is available: {}", task->order.job.label, e.what()));
       }
     }
-    pictures_.push_back(std::move(picture));
+    tasks_.push_back(std::move(task));
   }
   changed_.notify_all();
 }
@@ -189,21 +189,21 @@ void NativeRenderer::start(Order order) {
 void NativeRenderer::work() {
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return stopping_ || !pictures_.empty(); });
+    changed_.wait(lock, [this] { return stopping_ || !tasks_.empty(); });
     if (stopping_) return;
-    const std::shared_ptr<Picture> picture = pictures_.front();
-    const int band = picture->next_band++;
-    if (picture->next_band == picture->view->bands()) pictures_.pop_front();
+    const std::shared_ptr<Task> task = tasks_.front();
+    const int band = task->next_band++;
+    if (task->next_band == task->view->bands()) tasks_.pop_front();
     lock.unlock();
     const auto begin = thread_time();
-    picture->view->render(picture->poses, band, picture->image);
-    picture->cpu += (thread_time() - begin).count();
+    task->view->render(task->poses, band, task->image);
+    task->cpu += (thread_time() - begin).count();
     lock.lock();
-    if (--picture->open_bands > 0) continue;
+    if (--task->open_bands > 0) continue;
     lock.unlock();
-    const RenderJob& job = picture->order.job;
-    if (job.used) job.used({std::chrono::nanoseconds(picture->cpu.load()), 0});
-    picture->order.done(std::make_shared<const Image>(std::move(picture->image)));
+    const RenderJob& job = task->order.job;
+    if (job.used) job.used({std::chrono::nanoseconds(task->cpu.load()), 0});
+    task->order.done(std::make_shared<const Image>(std::move(task->image)));
     lock.lock();
   }
 }

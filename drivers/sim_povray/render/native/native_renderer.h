@@ -62,7 +62,7 @@ class NativeRenderer final : public Renderer {
     RenderJob job;
     Done done;
   };
-  struct Picture;
+  struct Task;
 
   /// Returns why POV-Ray must render the view; empty: the tracer agrees with it.
   [[nodiscard]] std::string difference(const NativeView& view, const ViewTemplate& view_template,
@@ -82,7 +82,7 @@ class NativeRenderer final : public Renderer {
   std::map<const ViewTemplate*, std::shared_ptr<const NativeView>> views_;
   std::vector<std::shared_ptr<const ViewTemplate>> templates_;  // keeps the keys of views_ alive
   std::deque<Order> held_;
-  std::deque<std::shared_ptr<Picture>> pictures_;  // to be rendered, oldest first
+  std::deque<std::shared_ptr<Task>> tasks_;  // to be rendered, oldest first
   bool stopping_ = false;
   std::vector<std::thread> workers_;
 };

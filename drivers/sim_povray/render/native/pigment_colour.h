@@ -4,7 +4,7 @@
 #include "drivers/sim_povray/scene/evaluated_scene.h"
 #include "drivers/sim_povray/scene/vector3.h"
 
-/// The colours of surfaces, found from POV-Ray's documentation and from the numbers and pictures that POV-Ray 3.7.0.10
+/// The colours of surfaces, found from POV-Ray's documentation and from the numbers and images that POV-Ray 3.7.0.10
 /// gives. Every function is free of state and may be called from any thread.
 namespace twocone::sim_povray {
 
