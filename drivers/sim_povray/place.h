@@ -65,7 +65,6 @@ std::optional<RendererKind> renderer_named(std::string_view name);
 /// The settings of rendering. The defaults suit two cores.
 struct RenderSettings {
   RendererKind renderer = RendererKind::kAuto;
-  std::filesystem::path cache{};  ///< folder for what is known of a scene between runs; empty: nothing is kept
   std::string povray = "povray";  ///< the program: a path, or a name looked up in PATH
   int processes = 8;              ///< POV-Ray processes at one time, >= 1; more than cores, since each sleeps at times
   bool hold = true;               ///< keep processes between images; off: one process per image

@@ -451,10 +451,9 @@ Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings
   } else {
     std::optional<Reference> reference;
     if (place.render.renderer == RendererKind::kAuto) reference.emplace(*povray, make_renderer(*povray, place.render));
-    renderer =
-        std::make_unique<NativeRenderer>(NativeSettings{place.scene, SceneAccess(place.scene, place.scene_paths),
-                                                        place.render.cache, place.render.notice, place.render.chosen},
-                                         std::move(reference));
+    renderer = std::make_unique<NativeRenderer>(NativeSettings{place.scene, SceneAccess(place.scene, place.scene_paths),
+                                                               user_cache(), place.render.notice, place.render.chosen},
+                                                std::move(reference));
   }
   std::optional<Povray> mirror_finder;
   if (povray) mirror_finder = *std::move(povray);

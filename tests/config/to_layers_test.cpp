@@ -82,9 +82,9 @@ std::string all_of(const sim_povray::PlaceSettings& place) {
   }
   const auto& [shadows, area_lights, photons, radiosity, media, depth] = switches;
   text += fmt::format("\n{} {} {} {} {} {}\n", shadows, area_lights, photons, radiosity, media, depth.value_or(-1));
-  const auto& [renderer, cache, povray, processes, hold, whole_image, landlock, timeout, notice, chosen] = render;
-  return text + fmt::format("{} {} {} {} {} {} {} {} {} {}\n", to_string(renderer), cache.string(), povray, processes,
-                            hold, whole_image, landlock, timeout.count(), bool(notice), bool(chosen));
+  const auto& [renderer, povray, processes, hold, whole_image, landlock, timeout, notice, chosen] = render;
+  return text + fmt::format("{} {} {} {} {} {} {} {} {}\n", to_string(renderer), povray, processes, hold, whole_image,
+                            landlock, timeout.count(), bool(notice), bool(chosen));
 }
 
 /// Returns every field as text. The bindings name each field of each struct, so that a new field does not compile

@@ -32,6 +32,9 @@ struct NativeSettings {
   std::function<void(RendererKind, bool is_checked)> chosen{};
 };
 
+/// Returns the folder of this program in the user's cache: below XDG_CACHE_HOME, else ~/.cache. Empty: neither is set.
+std::filesystem::path user_cache();
+
 /// POV-Ray, which the native renderer is compared with and gives way to.
 struct Reference {
   Povray povray;
@@ -40,12 +43,15 @@ struct Reference {
 
 /// Renders with the native tracer where it is known to agree with POV-Ray.
 ///
-/// The first image of each view is rendered by both, without anti-aliasing. If more than kMostDifferent of the mirror's
-/// pixels differ by more than one level of 255, or if the scene uses what the tracer does not know, POV-Ray renders all
-/// images from then on. There is no thread before the first view is prepared.
+/// The first image of each view is rendered by both, without anti-aliasing and with it if it is ordered. If more than
+/// kMostDifferent (kMostDifferentSmoothed) of the mirror's pixels differ by more than one level of 255, or if the scene
+/// uses what the tracer does not know, POV-Ray renders all images from then on. There is no thread before the first
+/// view is prepared.
 class NativeRenderer final : public Renderer {
  public:
   static constexpr double kMostDifferent = 0.001;
+  /// Of smoothed images: a pixel whose centre differs changes those beside it.
+  static constexpr double kMostDifferentSmoothed = 0.005;
 
   /// @param reference none: nothing is checked, and a scene that the tracer does not know is an error
   NativeRenderer(NativeSettings settings, std::optional<Reference> reference);
@@ -64,9 +70,15 @@ class NativeRenderer final : public Renderer {
   };
   struct Task;
 
+  /// Returns the file that is there if the view agreed before. @param read_files paths and digests of included files
+  [[nodiscard]] std::filesystem::path remembered(const ViewTemplate& view_template,
+                                                 const std::string& read_files) const;
   /// Returns why POV-Ray must render the view; empty: the tracer agrees with it.
   [[nodiscard]] std::string difference(const NativeView& view, const ViewTemplate& view_template,
                                        const std::string& pose) const;
+  enum class Smoothing { kNone, kAsOrdered };
+  [[nodiscard]] std::string difference(const NativeView& view, const ViewTemplate& view_template,
+                                       const std::string& pose, Smoothing smoothing) const;
   void release();
   void start(Order order);
   void work();

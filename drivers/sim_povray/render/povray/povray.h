@@ -68,6 +68,7 @@ class Povray {
   /// Errors: as render().
   [[nodiscard]] Result<std::string> ask(const std::string& label, std::string scene, int stop_fd) const;
 
+  [[nodiscard]] const std::string& program_path() const { return program_; }
   [[nodiscard]] std::chrono::nanoseconds timeout() const { return timeout_; }
   /// Returns the program to start for such images; the caller must add the scene (kSceneFile) and the file of the image
   /// (+O).
