@@ -40,24 +40,31 @@ double greatest(const Colour& colour) { return std::max({colour.x, colour.y, col
 /// Returns whether light sources change what a surface shows.
 bool needs_light(const Finish& finish) { return finish.diffuse > 0 || finish.phong > 0 || finish.specular > 0; }
 
-bool differ(const Colour& a, const Colour& b) {
-  const auto weighed = [](double light) { return std::pow(std::max(0.0, light), kSmoothingGamma); };
-  return std::abs(weighed(a.x) - weighed(b.x)) + std::abs(weighed(a.y) - weighed(b.y)) +
-             std::abs(weighed(a.z) - weighed(b.z)) >=
-         kSmoothingThreshold;
+/// Returns a colour as smoothing weighs it.
+Colour weighed(const Colour& colour) {
+  const auto of = [](double light) { return light > 0 ? std::pow(light, kSmoothingGamma) : 0; };
+  return {of(colour.x), of(colour.y), of(colour.z)};
 }
 
+bool differ(const Colour& weighed_a, const Colour& weighed_b) {
+  const Colour by = weighed_a - weighed_b;
+  return std::abs(by.x) + std::abs(by.y) + std::abs(by.z) >= kSmoothingThreshold;
+}
+
+}  // namespace
+
 /// The pixels of a block, with one column to its left and one row above it.
-struct SmoothedBlock {
+struct NativeView::SmoothedBlock {
   struct Pixel {
-    Colour colour{};
+    Colour colour{};   ///< the centre's, or the mean of the samples
+    Colour weighed{};  ///< weighed(colour)
+    Colour sampled{};  ///< the mean, if has_samples
+    bool has_samples = false;
     bool is_smooth = false;
   };
   Pixel& at(int x, int y) { return pixels[std::size_t(y + 1)][std::size_t(x + 1)]; }
   std::array<std::array<Pixel, kBlock_px + 1>, kBlock_px + 1> pixels{};
 };
-
-}  // namespace
 
 std::optional<Poses> parse_poses(std::string_view text) {
   std::vector<Transform> poses;
@@ -241,7 +248,17 @@ void NativeView::centres(const Poses& poses, bool planned, int band, std::vector
         if (pixel != nullptr) tile[std::size_t(lane)] = pixel->colour;
       }
       if (planned) reflect(poses, column, row, tile);
-      if (unknown != 0) look(poses, column, row, unknown, tile);
+      if (unknown != 0) {
+        std::array<ImagePoint, kTileRays> points;
+        std::array<Colour, kTileRays> seen;
+        std::size_t count = 0;
+        for_each_lane(unknown, [&](int lane) {
+          points[count++] = {column + lane % kTileSide + 0.5, row + lane / kTileSide + 0.5};
+        });
+        look(poses, std::span(points).first(count), seen);
+        count = 0;
+        for_each_lane(unknown, [&](int lane) { tile[std::size_t(lane)] = seen[count++]; });
+      }
       for (int y = row; y < row + kTileSide && y <= bottom; ++y) {
         const int width = std::min(kTileSide, window_.last_column - column + 1);
         std::copy_n(tile.begin() + (y - row) * kTileSide, width,
@@ -270,7 +287,7 @@ void NativeView::reflect(const Poses& poses, int column, int row, std::array<Col
   bundle.t_max.fill(kInfinity);
   transform_rays(poses.view, fixed.origin, fixed.direction, bundle.rays);
   for_each_lane(fixed.mirror, [&](int lane) { weights[std::size_t(lane)] = greatest(pixel_of(lane).share); });
-  trace_tile(scene_, poses, bundle, RayKind::kReflected, fixed.surroundings, weights, seen);
+  trace_tile(scene_, poses, bundle, 2, fixed.surroundings, weights, seen);
   for_each_lane(fixed.mirror, [&](int lane) {
     const auto i = std::size_t(lane);
     const FixedPixel& pixel = pixel_of(lane);
@@ -279,30 +296,96 @@ void NativeView::reflect(const Poses& poses, int column, int row, std::array<Col
   });
 }
 
-void NativeView::look(const Poses& poses, int column, int row, std::uint64_t lanes,
-                      std::array<Colour, kTileRays>& tile) const {
+void NativeView::look(const Poses& poses, std::span<const ImagePoint> points, std::span<Colour> colours) const {
   thread_local RayBundle bundle;
   thread_local SeenTile seen;
   thread_local Lane weights;
-  bundle.used = lanes;
   bundle.t_max.fill(kInfinity);
   weights.fill(1);
-  TileVectors origin;
-  TileVectors direction;
-  const int any = std::countr_zero(lanes);
-  for (int lane = 0; lane < kTileRays; ++lane) {
-    const int there = (lanes >> lane & 1) != 0 ? lane : any;
-    const Ray ray = camera_ray(column + there % kTileSide + 0.5, row + there / kTileSide + 0.5);
-    origin.set(lane, poses.view.point(ray.origin));
-    direction.set(lane, normalized(poses.view.direction(ray.direction)));
+  for (std::size_t first = 0; first < points.size(); first += kTileRays) {
+    const int count = int(std::min<std::size_t>(kTileRays, points.size() - first));
+    bundle.used = ~std::uint64_t{0} >> (kTileRays - count);
+    for (int lane = 0; lane < count; ++lane) {
+      const ImagePoint& point = points[first + std::size_t(lane)];
+      const Ray ray = camera_ray(point.column, point.row);
+      bundle.rays.origin.set(lane, poses.view.point(ray.origin));
+      bundle.rays.direction.set(lane, normalized(poses.view.direction(ray.direction)));
+    }
+    fill_unused(bundle);
+    trace_tile(scene_, poses, bundle, 1, kAllGroups, weights, seen);
+    for (int lane = 0; lane < count; ++lane) {
+      const bool met = (seen.met >> lane & 1) != 0;
+      colours[first + std::size_t(lane)] =
+          met ? seen.colours[std::size_t(lane)] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane));
+    }
   }
-  transform_rays({}, origin, direction, bundle.rays);
-  trace_tile(scene_, poses, bundle, RayKind::kFromCamera, kAllGroups, weights, seen);
-  for_each_lane(lanes, [&](int lane) {
-    const auto i = std::size_t(lane);
-    const bool met = (seen.met >> lane & 1) != 0;
-    tile[i] = met ? seen.colours[i] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane));
-  });
+}
+
+void NativeView::take_samples(const Poses& poses, int antialias, int left, int top, std::span<const BlockPlace> places,
+                              SmoothedBlock& block) const {
+  thread_local std::vector<ImagePoint> points;
+  thread_local std::vector<Colour> colours;
+  points.clear();
+  for (const BlockPlace& place : places) {
+    for (int j = 0; j < antialias; ++j) {
+      for (int i = 0; i < antialias; ++i) {
+        points.push_back({left + place.x + (i + 0.5) / antialias, top + place.y + (j + 0.5) / antialias});
+      }
+    }
+  }
+  colours.resize(points.size());
+  look(poses, points, colours);
+  auto colour = colours.begin();
+  for (const BlockPlace& place : places) {
+    SmoothedBlock::Pixel& pixel = block.at(place.x, place.y);
+    pixel.sampled = pixel.colour;
+    for (int i = 0; i < antialias * antialias; ++i) pixel.sampled += *colour++;
+    pixel.sampled = pixel.sampled / (antialias * antialias + 1);
+    pixel.has_samples = true;
+  }
+}
+
+void NativeView::smooth(const Poses& poses, int antialias, int left, int right, int top, int bottom,
+                        SmoothedBlock& block) const {
+  const int width = right - left + 1;
+  const int height = bottom - top + 1;
+  // The pixels whose centres differ are nearly all that need samples, and are sampled together.
+  thread_local std::vector<BlockPlace> places;
+  places.clear();
+  const auto add = [&](int x, int y) {
+    SmoothedBlock::Pixel& pixel = block.at(x, y);
+    if (x < 0 || y < 0 || pixel.has_samples) return;
+    pixel.has_samples = true;
+    places.push_back({x, y});
+  };
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const bool differs_left = differ(block.at(x, y).weighed, block.at(x - 1, y).weighed);
+      const bool differs_above = differ(block.at(x, y).weighed, block.at(x, y - 1).weighed);
+      if (differs_left) add(x - 1, y);
+      if (differs_above) add(x, y - 1);
+      if (differs_left || differs_above) add(x, y);
+    }
+  }
+  take_samples(poses, antialias, left, top, places, block);
+  const auto replace = [&](int x, int y) {
+    SmoothedBlock::Pixel& pixel = block.at(x, y);
+    if (x < 0 || y < 0 || pixel.is_smooth) return;
+    if (!pixel.has_samples) take_samples(poses, antialias, left, top, std::array{BlockPlace{x, y}}, block);
+    pixel.colour = pixel.sampled;
+    pixel.weighed = weighed(pixel.colour);
+    pixel.is_smooth = true;
+  };
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      // A neighbour counts as it is at this moment, and those of another block are not changed.
+      const bool differs_left = differ(block.at(x, y).weighed, block.at(x - 1, y).weighed);
+      const bool differs_above = differ(block.at(x, y).weighed, block.at(x, y - 1).weighed);
+      if (differs_left) replace(x - 1, y);
+      if (differs_above) replace(x, y - 1);
+      if (differs_left || differs_above) replace(x, y);
+    }
+  }
 }
 
 void NativeView::render(const Poses& poses, int antialias, int band, Image& image) const {
@@ -330,31 +413,15 @@ void NativeView::render(const Poses& poses, int antialias, int band, Image& imag
       }
       continue;
     }
-    SmoothedBlock block;
-    const auto smooth = [&](int x, int y) {
-      SmoothedBlock::Pixel& pixel = block.at(x - left, y - top);
-      if (pixel.is_smooth) return;
-      pixel.is_smooth = true;
-      for (int j = 0; j < antialias; ++j) {
-        for (int i = 0; i < antialias; ++i) {
-          pixel.colour += seen_through(poses, x + (i + 0.5) / antialias, y + (j + 0.5) / antialias);
-        }
-      }
-      pixel.colour = pixel.colour / (antialias * antialias + 1);
-    };
+    thread_local SmoothedBlock block;
     for (int y = top - 1; y <= bottom; ++y) {
       for (int x = left - 1; x <= right; ++x) {
         SmoothedBlock::Pixel& pixel = block.at(x - left, y - top);
-        pixel.colour = colour_at(x, y);
-        if (x < left || y < top) continue;
-        // A neighbour counts as it is at this moment, and those of another block are not changed.
-        const bool differs_left = differ(pixel.colour, block.at(x - 1 - left, y - top).colour);
-        const bool differs_above = differ(pixel.colour, block.at(x - left, y - 1 - top).colour);
-        if (differs_left && x > left) smooth(x - 1, y);
-        if (differs_above && y > top) smooth(x, y - 1);
-        if (differs_left || differs_above) smooth(x, y);
+        pixel = {.colour = colour_at(x, y)};
+        pixel.weighed = weighed(pixel.colour);
       }
     }
+    smooth(poses, antialias, left, right, top, bottom, block);
     for (int y = top; y <= bottom; ++y) {
       for (int x = left; x <= right; ++x) store(x, y, block.at(x - left, y - top).colour);
     }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,15 @@ class NativeView {
     GroupSet surroundings = 0;
   };
 
+  struct SmoothedBlock;
+  struct ImagePoint {
+    double column, row;  ///< of the image's left and upper edge on: (0.5, 0.5) is the first pixel's centre
+  };
+  /// A pixel of a block, from its upper left corner.
+  struct BlockPlace {
+    int x, y;
+  };
+
   NativeView(EvaluatedScene scene, const ViewTemplate& view_template);
 
   [[nodiscard]] Ray camera_ray(double column, double row) const;
@@ -74,8 +84,12 @@ class NativeView {
   [[nodiscard]] Colour centre(const Poses& poses, bool planned, int x, int y) const;
   /// Adds what the mirror's pixels of a tile reflect.
   void reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile) const;
-  /// Sets what some pixels of a tile show, of which nothing is known.
-  void look(const Poses& poses, int column, int row, std::uint64_t lanes, std::array<Colour, kTileRays>& tile) const;
+  /// Sets what the camera sees through points of the image.
+  void look(const Poses& poses, std::span<const ImagePoint> points, std::span<Colour> colours) const;
+  /// Smooths a block whose centres are set, as POV-Ray's `+AM1 +A0.03` does (measured).
+  void smooth(const Poses& poses, int antialias, int left, int right, int top, int bottom, SmoothedBlock& block) const;
+  void take_samples(const Poses& poses, int antialias, int left, int top, std::span<const BlockPlace> places,
+                    SmoothedBlock& block) const;
   [[nodiscard]] const FixedTile& fixed_tile_at(int x, int y) const;
   [[nodiscard]] std::size_t pixel_index(int x, int y) const {
     return std::size_t(y) * std::size_t(width_px_) + std::size_t(x);

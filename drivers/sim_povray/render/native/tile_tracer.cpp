@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "drivers/sim_povray/render/native/pigment_colour.h"
@@ -112,15 +113,20 @@ struct Workspace {
   Candidates candidates;
   std::array<Meeting, kTileRays> meetings;
   std::array<Colour, kTileRays> pigments, parts;
+  RayBundle reflected;
+  Lane reflected_weights;
+  SeenTile reflected_seen;
 };
 
-Workspace& workspace() {
-  thread_local Workspace result = [] {
-    Workspace fresh{};
-    fresh.shadow_min.fill(kNearestShadow);
-    return fresh;
-  }();
-  return result;
+/// Returns the calling thread's room for rays of a level.
+Workspace& workspace(int level) {
+  thread_local std::vector<std::unique_ptr<Workspace>> rooms;
+  while (rooms.size() <= std::size_t(level)) {
+    rooms.push_back(std::make_unique<Workspace>());
+    rooms.back()->shadow_min.fill(kNearestShadow);
+    rooms.back()->reflected.t_max.fill(kInfinity);
+  }
+  return *rooms[std::size_t(level)];
 }
 
 Ray ray_of(const RayTile& rays, int lane) { return {rays.origin.at(lane), rays.direction.at(lane)}; }
@@ -132,10 +138,10 @@ const RayTile& in_group(const TracedScene::Group& group, const Poses& poses, con
   return room;
 }
 
-void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, RayKind kind, GroupSet which,
+void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, int level, GroupSet which,
                   Workspace& w) {
-  const auto is_seen = [kind](const TracedScene::Item& item) {
-    return kind == RayKind::kFromCamera ? item.in_image : item.in_reflection;
+  const auto is_seen = [level](const TracedScene::Item& item) {
+    return level == 1 ? item.in_image : item.in_reflection;
   };
   w.hits.t = bundle.t_max;
   w.hits.number.fill(-1);
@@ -210,6 +216,35 @@ std::uint64_t shadowed(const TracedScene& scene, const Poses& poses, const Vec3&
   return dark;
 }
 
+/// Adds what reflecting surfaces show of their surroundings.
+void reflect(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, int level, const Lane& weights,
+             Workspace& w, SeenTile& seen) {
+  const EvaluatedScene& description = scene.scene();
+  if (level >= description.max_trace_level) return;
+  w.reflected.used = 0;
+  for_each_lane(seen.met, [&](int lane) {
+    const auto i = std::size_t(lane);
+    const Colour& share = w.meetings[i].texture->finish.reflection;
+    w.reflected_weights[i] = weights[i] * std::max({share.x, share.y, share.z});
+    if (share == Colour{} || w.reflected_weights[i] < description.adc_bailout) return;
+    w.reflected.used |= std::uint64_t{1} << lane;
+    const Vec3 direction = bundle.rays.direction.at(lane);
+    const Vec3 normal = w.meetings[i].normal;
+    w.reflected.rays.origin.set(lane, w.meetings[i].point);
+    w.reflected.rays.direction.set(lane, direction - normal * (2 * dot(direction, normal)));
+  });
+  if (w.reflected.used == 0) return;
+  fill_unused(w.reflected);
+  trace_tile(scene, poses, w.reflected, level + 1, kAllGroups, w.reflected_weights, w.reflected_seen);
+  for_each_lane(w.reflected.used, [&](int lane) {
+    const auto i = std::size_t(lane);
+    const bool met = (w.reflected_seen.met >> lane & 1) != 0;
+    seen.colours[i] +=
+        w.meetings[i].texture->finish.reflection *
+        (met ? w.reflected_seen.colours[i] : sky_colour(description, w.reflected.rays.direction.at(lane)));
+  });
+}
+
 /// Returns the normal of a box where one of the rays meets it at t, by meet_box()'s own numbers.
 Vec3 normal_of_box(const RayTile& rays, int lane, const Bounds3& box, double t) {
   const Vec3 origin = rays.origin.at(lane);
@@ -225,10 +260,19 @@ Vec3 normal_of_box(const RayTile& rays, int lane, const Bounds3& box, double t) 
 
 }  // namespace
 
-void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, RayKind kind, GroupSet which,
+void fill_unused(RayBundle& bundle) {
+  const int any = std::countr_zero(bundle.used);
+  for_each_lane(~bundle.used, [&](int lane) {
+    bundle.rays.origin.set(lane, bundle.rays.origin.at(any));
+    bundle.rays.direction.set(lane, bundle.rays.direction.at(any));
+  });
+  invert_directions(bundle.rays);
+}
+
+void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, int level, GroupSet which,
                 const Lane& weights, SeenTile& seen) {
-  Workspace& w = workspace();
-  find_nearest(scene, poses, bundle, kind, which, w);
+  Workspace& w = workspace(level);
+  find_nearest(scene, poses, bundle, level, which, w);
   seen.met = 0;
   const EvaluatedScene& description = scene.scene();
   for_each_lane(bundle.used, [&](int lane) {
@@ -277,13 +321,7 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
     if (!light.shadowless) facing &= ~shadowed(scene, poses, light.position, facing, w);
     for_each_lane(facing, [&](int lane) { seen.colours[std::size_t(lane)] += w.parts[std::size_t(lane)]; });
   }
-  // Reflections of reflections are few, and go different ways.
-  const int level = kind == RayKind::kFromCamera ? 1 : 2;
-  for_each_lane(seen.met, [&](int lane) {
-    const auto i = std::size_t(lane);
-    if (w.meetings[i].texture->finish.reflection == Colour{}) return;
-    seen.colours[i] += mirrored(scene, poses, ray_of(bundle.rays, lane), w.meetings[i], level, weights[i]);
-  });
+  reflect(scene, poses, bundle, level, weights, w, seen);
 }
 
 }  // namespace twocone::sim_povray

@@ -23,15 +23,18 @@ struct RayBundle {
   Lane t_max;              ///< surfaces are looked for nearer than this
 };
 
+/// Completes a bundle of which the rays of the lanes in use are set; at least one is.
+void fill_unused(RayBundle& bundle);
+
 /// What each lane of a bundle sees.
 struct SeenTile {
   std::uint64_t met = 0;  ///< lanes that met a surface; `colours` holds only these
   std::array<Colour, kTileRays> colours;
 };
 
-/// Does for each lane what nearest(), with the groups in `which`, and shaded() do; reflected rays are of level 2.
-/// @param weights of what the rays bring
-void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, RayKind kind, GroupSet which,
+/// Does for each lane what nearest(), with the groups in `which`, and shaded() do.
+/// @param level of the rays: 1 from the camera, then one more for each reflection @param weights of what they bring
+void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, int level, GroupSet which,
                 const Lane& weights, SeenTile& seen);
 
 }  // namespace twocone::sim_povray
