@@ -344,22 +344,40 @@ struct PlacedTorus : Placed {
 struct ContourEdge {
   double from_x, from_z, to_x, to_z;
 };
-/// Returns whether a half line from the point crosses an odd number of edges. Each edge holds one of its ends only.
-inline bool within(const std::vector<ContourEdge>& edges, double x, double z) {
-  bool odd = false;
-  for (const ContourEdge& e : edges) {
-    if ((e.from_z > z) == (e.to_z > z)) continue;
-    const double u = (z - e.from_z) / (e.to_z - e.from_z);
-    if (x < e.from_x + u * (e.to_x - e.from_x)) odd = !odd;
+/// The edges of contours, in rows of equal height along z, so that few of them are looked at. A view's mask has
+/// hundreds.
+class EdgeRows {
+ public:
+  EdgeRows() = default;
+  explicit EdgeRows(const std::vector<ContourEdge>& edges);
+
+  /// Returns whether a half line from the point crosses an odd number of edges. Each edge holds one of its ends only.
+  [[nodiscard]] bool hold(double x, double z) const {
+    const double at = (z - low_z_) * rows_per_unit_;
+    if (!(at >= 0 && at <= double(first_.size()) - 1)) return false;
+    const std::size_t row = std::min(static_cast<std::size_t>(at), first_.size() - 2);
+    bool odd = false;
+    for (std::size_t i = first_[row]; i < first_[row + 1]; ++i) {
+      const ContourEdge& e = edges_[i];
+      if ((e.from_z > z) == (e.to_z > z)) continue;
+      const double u = (z - e.from_z) / (e.to_z - e.from_z);
+      if (x < e.from_x + u * (e.to_x - e.from_x)) odd = !odd;
+    }
+    return odd;
   }
-  return odd;
-}
+
+ private:
+  double low_z_ = 0, rows_per_unit_ = 0;
+  std::vector<std::size_t> first_;  // of each row, and the end; two at least
+  std::vector<ContourEdge> edges_;  // row by row
+};
 
 /// In its frame: along y. Patches: the edges' indices, then the low and the high end.
 struct PlacedPrism : Placed {
   double low, high;
   bool open;
   std::vector<ContourEdge> edges;
+  EdgeRows rows;
 
   template <class Found>
   void cross(const Ray& ray, Found&& found) const {
@@ -383,27 +401,28 @@ struct PlacedPrism : Placed {
     if (open || d.y == 0) return;
     for (const int end : {0, 1}) {
       const double t = ((end == 0 ? low : high) - o.y) / d.y;
-      if (within(edges, o.x + d.x * t, o.z + d.z * t)) found(t, static_cast<int>(edges.size()) + end);
+      if (rows.hold(o.x + d.x * t, o.z + d.z * t)) found(t, static_cast<int>(edges.size()) + end);
     }
   }
   [[nodiscard]] Vec3 normal(const Ray& ray, double t, int patch) const;
   [[nodiscard]] bool contains(const Vec3& point) const {
     const Vec3 p = frame.inverse_point(point);
-    return low <= p.y && p.y <= high && within(edges, p.x, p.z);
+    return low <= p.y && p.y <= high && rows.hold(p.x, p.z);
   }
   [[nodiscard]] std::optional<Bounds3> bounds() const;
 };
 
 /// In its frame: in the plane y = 0. For POV-Ray it has no inside.
 struct PlacedPolygon : Placed {
-  std::vector<ContourEdge> edges;
+  EdgeRows rows;
+  Bounds3 own_bounds;
 
   template <class Found>
   void cross(const Ray& ray, Found&& found) const {
     const Ray r = own(ray);
     if (r.direction.y == 0) return;
     const double t = -r.origin.y / r.direction.y;
-    if (within(edges, r.origin.x + r.direction.x * t, r.origin.z + r.direction.z * t)) found(t, 0);
+    if (rows.hold(r.origin.x + r.direction.x * t, r.origin.z + r.direction.z * t)) found(t, 0);
   }
   [[nodiscard]] Vec3 normal(const Ray& /*ray*/, double /*t*/, int /*patch*/) const { return frame.normal({0, 1, 0}); }
   [[nodiscard]] bool contains(const Vec3& /*point*/) const { return false; }

@@ -187,14 +187,16 @@ Primitive traced_polygon(const Polygon& polygon, const Transform& placed) {
   const auto exchange = Transform::matrix({Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, 1, 0}}, {});
   std::vector<ContourEdge> edges = edges_of(polygon.contours);
   if (edges.empty()) return Nothing{};
-  return PlacedPolygon{{exchange->then(placed)}, std::move(edges)};
+  return PlacedPolygon{{exchange->then(placed)}, EdgeRows(edges), around_edges(edges)};
 }
 
 Primitive traced_prism(const Prism& prism, const Transform& placed) {
   std::vector<ContourEdge> edges = edges_of(prism.contours);
   if (edges.empty()) return Nothing{};
+  EdgeRows rows(edges);
   return PlacedPrism{
-      {placed}, std::min(prism.low, prism.high), std::max(prism.low, prism.high), prism.open, std::move(edges)};
+      {placed},       std::min(prism.low, prism.high), std::max(prism.low, prism.high), prism.open, std::move(edges),
+      std::move(rows)};
 }
 
 /// Returns the symmetric matrix whose product with p is PlacedQuadric::bent(p).
@@ -280,6 +282,26 @@ std::optional<Bounds3> bounds_of_inside(const Primitive& primitive) {
 
 }  // namespace
 
+EdgeRows::EdgeRows(const std::vector<ContourEdge>& edges) {
+  const Bounds3 bounds = around_edges(edges);
+  const double height = bounds.high.z - bounds.low.z;
+  const std::size_t count = std::min<std::size_t>(edges.size(), 256);
+  first_.assign(2, 0);
+  if (!(height > 0)) return;
+  low_z_ = bounds.low.z;
+  rows_per_unit_ = double(count) / height;
+  first_.assign(1, 0);
+  for (std::size_t row = 0; row < count; ++row) {
+    for (const ContourEdge& e : edges) {
+      // One row more on both sides, because of rounding.
+      const double low = (std::min(e.from_z, e.to_z) - low_z_) * rows_per_unit_ - 1;
+      const double high = (std::max(e.from_z, e.to_z) - low_z_) * rows_per_unit_ + 1;
+      if (low <= double(row) && double(row) <= high) edges_.push_back(e);
+    }
+    first_.push_back(edges_.size());
+  }
+}
+
 std::optional<Bounds3> PlacedBox::bounds() const { return image_of_box(frame, low, high); }
 
 std::optional<Bounds3> Ellipsoid::bounds() const {
@@ -336,10 +358,7 @@ std::optional<Bounds3> PlacedPrism::bounds() const {
   return image_of_box(frame, own_bounds.low, own_bounds.high);
 }
 
-std::optional<Bounds3> PlacedPolygon::bounds() const {
-  const Bounds3 own_bounds = around_edges(edges);
-  return image_of_box(frame, own_bounds.low, own_bounds.high);
-}
+std::optional<Bounds3> PlacedPolygon::bounds() const { return image_of_box(frame, own_bounds.low, own_bounds.high); }
 
 std::optional<Bounds3> PlacedQuadric::bounds() const {
   if (linear != Vec3{}) return std::nullopt;
