@@ -18,6 +18,8 @@
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/render/native/traced_scene.h"
+#include "drivers/sim_povray/scene/evaluator.h"
 #include "drivers/sim_povray/scene/scene.h"
 
 namespace {
@@ -168,6 +170,7 @@ struct Tally {
   std::size_t accepted = 0;
   std::size_t switched = 0;
   std::size_t calls = 0;
+  std::size_t evaluated = 0;
 };
 
 /// Returns whether a macro has the name of the keyword that switching inserts. POV-Ray refuses such a scene.
@@ -182,6 +185,23 @@ bool has_misnamed_macro(const std::string& text) {
   return false;
 }
 
+/// Evaluates the scene and traces some rays through it.
+void trace(const std::string& text, const IncludeReader& include, Tally& tally) {
+  // An endless loop ends at this limit, which many inputs reach.
+  constexpr std::size_t kMostTokens = 20'000;
+  auto scene = evaluate(text, "fuzz.pov", include, {.pose_prefix = "Twocone_", .most_tokens = kMostTokens});
+  if (!scene) return;
+  ++tally.evaluated;
+  const TracedScene traced_scene(*std::move(scene));
+  Poses poses;
+  poses.movers.resize(1);
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 direction{i % 3 - 1.0, i % 2 - 0.5, i / 4 - 0.5};
+    static_cast<void>(
+        traced(traced_scene, poses, {{0.1 * i, 1, -3}, normalized(direction)}, RayKind::kFromCamera, 1, 1));
+  }
+}
+
 /// Returns false if the scene after switching is no longer a scene.
 bool read(Mutator& mutator, const std::string& text, Tally& tally) {
   // Included files are changed too, and include further files.
@@ -191,6 +211,7 @@ bool read(Mutator& mutator, const std::string& text, Tally& tally) {
   };
   const SceneCalls calls = find_calls(text, "fuzz.pov", include);
   tally.calls += calls.all.size();
+  trace(text, include, tally);
   const auto scene = Scene::parse(text, "fuzz.pov");
   if (!scene) return true;
   ++tally.accepted;
@@ -255,8 +276,8 @@ int main(int argc, char** argv) {
       return 1;
     }
   }
-  fmt::print("{} inputs, seed {}: {} accepted, {} switched, {} calls; {:.1f} s, the slowest {:.1f} ms\n", *inputs,
-             *seed, tally.accepted, tally.switched, tally.calls,
+  fmt::print("{} inputs, seed {}: {} accepted, {} switched, {} calls, {} evaluated; {:.1f} s, the slowest {:.1f} ms\n",
+             *inputs, *seed, tally.accepted, tally.switched, tally.calls, tally.evaluated,
              std::chrono::duration<double>(Clock::now() - begin).count(),
              std::chrono::duration<double, std::milli>(slowest).count());
   return 0;

@@ -15,7 +15,6 @@ using Kind = Token::Kind;
 constexpr std::size_t kMostInputs = 100;
 constexpr std::size_t kMostIncludes = 32;
 /// The largest example scenes read a few million tokens.
-constexpr std::size_t kMostTokens = 20'000'000;
 constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
 
 }  // namespace
@@ -30,7 +29,9 @@ void Evaluation::unsupported(const Token& token, std::string_view where) const {
 }
 
 Token Evaluation::raw() {
-  if (++tokens_ > kMostTokens) fail(fmt::format("the scene has more than {} tokens to evaluate", kMostTokens));
+  if (++tokens_ > settings_.most_tokens) {
+    fail(fmt::format("the scene has more than {} tokens to evaluate", settings_.most_tokens));
+  }
   while (true) {
     if (auto& pushed = inputs_.back().pushed) return *std::exchange(pushed, std::nullopt);
     Token token;

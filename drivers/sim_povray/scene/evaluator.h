@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,7 @@ struct EvaluatorSettings {
   std::string pose_prefix{};
   int width_px = 640;  ///< `image_width`
   int height_px = 480;
+  std::size_t most_tokens = 20'000'000;  ///< that are evaluated, each time that they are
 };
 
 /// Object::mover of what moves with the view.
