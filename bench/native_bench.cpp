@@ -163,6 +163,7 @@ nlohmann::json measure(const std::string& robot_file, const Options& options) {
   }
   std::mt19937_64 random(7);
   std::vector<std::string> poses;
+  poses.reserve(std::size_t(options.poses));
   for (int i = 0; i < options.poses; ++i) poses.push_back(stage.pose(random));
   std::vector<double> shares;
   std::vector<double> native_s, povray_s;

@@ -450,7 +450,9 @@ Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings
     renderer = make_renderer(*povray, place.render);
   } else {
     std::optional<Reference> reference;
-    if (place.render.renderer == RendererKind::kAuto) reference.emplace(*povray, make_renderer(*povray, place.render));
+    if (place.render.renderer == RendererKind::kAuto) {
+      reference.emplace(Reference{*povray, make_renderer(*povray, place.render)});
+    }
     renderer = std::make_unique<NativeRenderer>(NativeSettings{place.scene, SceneAccess(place.scene, place.scene_paths),
                                                                user_cache(), place.render.notice, place.render.chosen},
                                                 std::move(reference));

@@ -196,7 +196,7 @@ void trace(const std::string& text, const IncludeReader& include, Tally& tally) 
   Poses poses;
   poses.movers.resize(1);
   for (int i = 0; i < 8; ++i) {
-    const Vec3 direction{i % 3 - 1.0, i % 2 - 0.5, i / 4 - 0.5};
+    const Vec3 direction{i % 3 - 1.0, i % 2 - 0.5, (i < 4 ? 0 : 1) - 0.5};
     static_cast<void>(
         traced(traced_scene, poses, {{0.1 * i, 1, -3}, normalized(direction)}, RayKind::kFromCamera, 1, 1));
   }

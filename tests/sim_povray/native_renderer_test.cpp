@@ -22,7 +22,7 @@ class NativeRendererTest : public testing::Test {
  protected:
   /// Writes the small scene, with more text after it.
   std::filesystem::path scene(const std::string& more) {
-    const auto path = folder_.path() / "scene.pov";
+    auto path = folder_.path() / "scene.pov";
     std::ofstream(path) << read_file(scene_of_tests("tiny.pov")) << more;
     return path;
   }

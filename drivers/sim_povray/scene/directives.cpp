@@ -129,13 +129,28 @@ const Value* Evaluation::find(std::string_view name) const {
   return found == globals_.end() ? nullptr : &found->second;
 }
 
-void Evaluation::set(const std::string& name, Value value, bool local) {
-  auto& locals = inputs_.back().locals;
-  if (local || locals.contains(name)) {
-    locals.insert_or_assign(name, std::move(value));
-  } else {
-    globals_.insert_or_assign(name, std::move(value));
+void Evaluation::check_assignable(std::string_view name, bool local) const {
+  for (auto input = inputs_.rbegin(); input != inputs_.rend(); ++input) {
+    if (input->references.contains(name)) {
+      fail(fmt::format("a macro changes its parameter '{}', and may change a name of its caller: not supported", name));
+    }
+    if (local || input->locals.contains(name)) return;
   }
+}
+
+void Evaluation::set(const std::string& name, Value value, bool local) {
+  if (local) {
+    inputs_.back().locals.insert_or_assign(name, std::move(value));
+    return;
+  }
+  // #declare changes the innermost local name that is visible: measured.
+  for (auto input = inputs_.rbegin(); input != inputs_.rend(); ++input) {
+    const auto found = input->locals.find(name);
+    if (found == input->locals.end()) continue;
+    found->second = std::move(value);
+    return;
+  }
+  globals_.insert_or_assign(name, std::move(value));
 }
 
 void Evaluation::directive(const Token& token) {
@@ -195,8 +210,9 @@ void Evaluation::end_section(const Token& token) {
     } else {
       sections.pop_back();
     }
-  } else if (kind == SectionKind::kSwitch && token.text != "else") {
-    // A case without #break goes on into the next one.
+  } else if (kind == SectionKind::kSwitch) {
+    // A case without #break goes on into the next one, and into #else.
+    if (token.text == "else") return;
     expect('(');
     (void)full();
     if (accept(',')) (void)full();
@@ -247,7 +263,7 @@ void Evaluation::begin_switch() {
   const double selected = full().v[0];
   expect(')');
   inputs_.back().sections.push_back({SectionKind::kSwitch});
-  // POV-Ray compares numbers with this tolerance.
+  // #case compares with this tolerance, and #range with none: measured.
   constexpr double kEqual = 1e-10;
   while (true) {
     const std::string_view stop = skip_to_branch_end();
@@ -264,16 +280,19 @@ void Evaluation::begin_switch() {
       to = full().v[0];
     }
     expect(')');
-    if (selected >= from - kEqual && selected <= to + kEqual) return;
+    const double tolerance = stop == "range" ? 0 : kEqual;
+    if (selected >= from - tolerance && selected <= to + tolerance) return;
   }
 }
 
 bool Evaluation::loop_goes_on(Loop& loop) {
   if (loop.counter.empty()) return condition();
-  set(loop.counter, Number(loop.value), true);
-  const bool goes_on = loop.step > 0 ? loop.value <= loop.last + 1e-10 : loop.value >= loop.last - 1e-10;
-  loop.value += loop.step;
-  return goes_on;
+  // The body may have changed the counter.
+  const auto* present = find_as<Number>(loop.counter);
+  const double value = loop.has_begun && present != nullptr ? present->v[0] + loop.step : loop.first;
+  loop.has_begun = true;
+  set(loop.counter, Number(value), true);
+  return loop.step > 0 ? value <= loop.last + 1e-10 : value >= loop.last - 1e-10;
 }
 
 void Evaluation::begin_loop(std::string_view kind) {
@@ -281,8 +300,9 @@ void Evaluation::begin_loop(std::string_view kind) {
   if (kind == "for") {
     expect('(');
     loop.counter = std::string(raw().text);
+    check_assignable(loop.counter, true);
     expect(',');
-    loop.value = number();
+    loop.first = number();
     expect(',');
     loop.last = number();
     loop.step = accept(',') ? number() : 1;
@@ -326,13 +346,17 @@ void Evaluation::define_macro() {
 void Evaluation::call_macro(const Macro& macro) {
   if (inputs_.size() >= kMostInputs) fail(fmt::format("more than {} macros and files are open", kMostInputs));
   std::map<std::string, Value, std::less<>> arguments;
+  std::set<std::string, std::less<>> references;
   expect('(');
   for (const std::string& parameter : macro.parameters) {
     if (!arguments.empty()) expect(',');
+    const Token first = peek();
+    if (first.kind == Kind::kWord && find(first.text) != nullptr) references.insert(parameter);
     arguments.insert_or_assign(parameter, value());
   }
   expect(')');
-  inputs_.push_back({macro.file, macro.body, true, {{SectionKind::kMacro}}, std::move(arguments)});
+  inputs_.push_back(
+      {macro.file, macro.body, true, {{SectionKind::kMacro}}, std::move(arguments), {}, std::move(references)});
 }
 
 void Evaluation::include() {
@@ -349,11 +373,12 @@ void Evaluation::include() {
 }
 
 void Evaluation::declare(bool local) {
+  const Level level(*this);
   const Token name = raw();
   if (name.kind != Kind::kWord) unsupported(name, "is not a name that can be declared");
+  check_assignable(name.text, local);
   expect('=');
   const int braces = braces_;
-  const int nesting = nesting_;
   const std::size_t inputs = inputs_.size();
   try {
     // Reading the value may change which names exist, but not who declares this one.
@@ -364,7 +389,6 @@ void Evaluation::declare(bool local) {
     // What the declaration says is lost, but only a use of it is an error. A macro that has been left cannot be
     // entered again.
     if (inputs_.size() < inputs) throw;
-    nesting_ = nesting;
     while (inputs_.size() > inputs) inputs_.pop_back();
     // The parameters of a function stand before its braces.
     if (braces_ == braces && peek_symbol() == '(') {

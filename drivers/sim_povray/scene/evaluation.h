@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -73,11 +74,28 @@ class Evaluation {
   EvaluatedScene run();
 
  private:
+  /// Counts how deep the reading is: a text must not exhaust the stack.
+  class Level {
+   public:
+    explicit Level(Evaluation& evaluation) : depth_(evaluation.nesting_) {
+      constexpr int kMostNesting = 200;
+      if (depth_ >= kMostNesting) evaluation.fail("this is nested too deeply");
+      ++depth_;
+    }
+    ~Level() { --depth_; }
+    Level(const Level&) = delete;
+    Level& operator=(const Level&) = delete;
+
+   private:
+    int& depth_;
+  };
+
   // ---- tokens and directives
   struct Loop {
     Lexer start;            // at the condition
     std::string counter{};  // of a #for
-    double value = 0, last = 0, step = 0;
+    double first = 0, last = 0, step = 0;
+    bool has_begun = false;
   };
   struct Section {
     SectionKind kind;
@@ -91,6 +109,8 @@ class Evaluation {
     std::vector<Section> sections{};
     std::map<std::string, Value, std::less<>> locals{};
     std::optional<Token> pushed{};  // read ahead
+    /// Parameters of a macro that may be names of the caller's. POV-Ray passes those by reference.
+    std::set<std::string, std::less<>> references{};
   };
 
   /// Returns the next token of the present input as it is written.
@@ -127,6 +147,8 @@ class Evaluation {
 
   [[nodiscard]] const Value* find(std::string_view name) const;
   void set(const std::string& name, Value value, bool local);
+  /// Fails if the name is a parameter that may be a name of the macro's caller.
+  void check_assignable(std::string_view name, bool local) const;
   /// Returns the value of a declared name of that type, or null.
   template <class T>
   [[nodiscard]] const T* find_as(std::string_view name) const {
@@ -164,8 +186,11 @@ class Evaluation {
   bool read_pigment_part(const Token& token, Pigment& pigment);
   bool read_pattern(std::string_view word, Pigment& pigment);
   bool read_wave(const Token& token, Pigment& pigment);
-  Pigment read_pigment();
-  Finish read_finish();
+  Pigment read_pigment() { return change_pigment(default_.pigment); }
+  Finish read_finish() { return change_finish(default_.finish); }
+  /// Reads what changes a pigment or a finish: a texture that has one keeps what the text does not name.
+  Pigment change_pigment(Pigment pigment);
+  Finish change_finish(Finish finish);
   Texture read_texture();
   ColourMap read_map(bool of_pigments);
   PatternStep read_warp();
@@ -198,7 +223,7 @@ class Evaluation {
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
-  int line_ = 1;        // of the last token read
+  int line_ = 1;  // of the last token read
   double version_ = 3.7;
   bool has_version_ = false;
   bool has_assumed_gamma_ = false;

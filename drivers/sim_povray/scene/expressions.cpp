@@ -16,7 +16,6 @@ namespace {
 using Kind = Token::Kind;
 
 /// Expressions may be nested this deep; no person writes a tenth of it.
-constexpr int kMostNesting = 200;
 /// POV-Ray takes numbers this near to each other as equal, and this near to 0 as false.
 constexpr double kEqual = 1e-10;
 
@@ -106,7 +105,7 @@ bool Evaluation::condition() {
 }
 
 Number Evaluation::full() {
-  if (++nesting_ > kMostNesting) fail("this expression is nested too deeply");
+  const Level level(*this);
   Number result = logical();
   if (peek_symbol() == '?') {
     (void)next();
@@ -115,7 +114,6 @@ Number Evaluation::full() {
     const Number no = full();
     result = std::abs(result.v[0]) >= kEqual ? yes : no;
   }
-  --nesting_;
   return result;
 }
 
@@ -140,19 +138,25 @@ Number Evaluation::relation() {
     const bool or_equal = symbol != '=' && peek_symbol() == '=';
     if (or_equal) (void)next();
     const double difference = left.v[0] - sum().v[0];
-    const bool equal = std::abs(difference) < kEqual;
-    if (symbol == '=') {
-      left = Number(equal);
-    } else if (symbol == '!') {
-      left = Number(!equal);
-    } else {
-      left = Number(equal ? or_equal : (symbol == '<') == (difference < 0));
+    // Only comparisons that hold for equal numbers have a tolerance: measured.
+    switch (symbol) {
+      case '=':
+        left = Number(std::abs(difference) <= kEqual);
+        break;
+      case '!':
+        left = Number(std::abs(difference) > kEqual);
+        break;
+      case '<':
+        left = Number(or_equal ? difference <= kEqual : difference < 0);
+        break;
+      default:
+        left = Number(or_equal ? difference >= -kEqual : difference > 0);
     }
   }
 }
 
 Number Evaluation::sum() {
-  if (++nesting_ > kMostNesting) fail("this expression is nested too deeply");
+  const Level level(*this);
   Number left = product();
   while (true) {
     const char symbol = peek_symbol();
@@ -161,7 +165,6 @@ Number Evaluation::sum() {
     const Number right = product();
     left = symbol == '+' ? combine(left, right, std::plus<>()) : combine(left, right, std::minus<>());
   }
-  --nesting_;
   return left;
 }
 
@@ -180,9 +183,8 @@ Number Evaluation::factor() {
   const Token token = peek();
   if (token.is('-') || token.is('+') || token.is('!')) {
     (void)next();
-    if (++nesting_ > kMostNesting) fail("this expression is nested too deeply");
+    const Level level(*this);
     const Number value = factor();
-    --nesting_;
     if (token.is('!')) return Number(std::abs(value.v[0]) < kEqual);
     return token.is('-') ? combine(Number(0.0), value, std::minus<>()) : value;
   }
@@ -303,7 +305,10 @@ Number Evaluation::call(const std::string& function) {
     expect(',');
     result = double(a.compare(string()));
   } else {
-    result = double(string().size());  // strlen
+    const std::string text = string();  // strlen
+    double letters = 0;
+    for (std::size_t i = 0; i < text.size(); i += text[i] == '\\' ? 2 : 1) ++letters;
+    result = letters;
   }
   expect(')');
   return *result;
@@ -418,15 +423,17 @@ std::string Evaluation::string() {
     expect('(');
     const double value = full().v[0];
     const int least = int(std::clamp(argument(), -100.0, 100.0));
-    const int digits = int(std::clamp(argument(), 0.0, 17.0));
+    const int digits = int(std::clamp(argument(), -1.0, 17.0));
     expect(')');
-    return fmt::format("{:{}.{}f}", value, std::max(0, least), digits);
+    const int shown = digits < 0 ? 6 : digits;
+    return least < 0 ? fmt::format("{:0{}.{}f}", value, -least, shown) : fmt::format("{:{}.{}f}", value, least, shown);
   }
   if (const auto* known = find_as<std::string>(token.text)) return *known;
   unsupported(token, "stands where a string is expected");
 }
 
 Value Evaluation::value() {
+  const Level level(*this);
   const Token token = peek();
   if (token.kind == Kind::kString || token.text == "concat" || token.text == "str") return string();
   if (token.kind != Kind::kWord) return full();

@@ -120,6 +120,7 @@ void Evaluation::read_global_settings() {
       scene_.max_trace_level = int(number());
     } else if (word == "adc_bailout") {
       scene_.adc_bailout = number();
+      if (scene_.adc_bailout >= 1) unsupported(token, "of 1 or more is not supported");
     } else if (word == "ambient_light") {
       scene_.ambient_light = grey_or_colour();
     } else if (word == "max_intersections" || word == "number_of_waves" || word == "irid_wavelength") {
@@ -139,6 +140,7 @@ void Evaluation::place(Object& object, const Placing& placing) {
 }
 
 std::optional<Object> Evaluation::read_object(const Token& token) {
+  const Level level(*this);
   const std::string word(token.text);
   Object object;
   if (word == "object") {
@@ -319,9 +321,9 @@ bool Evaluation::read_object_part(const Token& token, Object& object) {
   } else if (word == "texture") {
     object.texture = std::make_shared<const Texture>(read_texture());
   } else if (word == "pigment") {
-    edit_texture([this](Texture& texture) { texture.pigment = read_pigment(); });
+    edit_texture([this](Texture& texture) { texture.pigment = change_pigment(texture.pigment); });
   } else if (word == "finish") {
-    edit_texture([this](Texture& texture) { texture.finish = read_finish(); });
+    edit_texture([this](Texture& texture) { texture.finish = change_finish(texture.finish); });
   } else if (word == "no_shadow") {
     object.no_shadow = flag();
   } else if (word == "no_image") {

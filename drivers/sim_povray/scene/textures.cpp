@@ -191,8 +191,11 @@ std::vector<PigmentEntry> Evaluation::read_list() {
 bool Evaluation::read_pattern(std::string_view word, Pigment& pigment) {
   const auto found = kPatterns.find(word);
   if (found == kPatterns.end()) return false;
+  // A map stays, a plain colour or a list of two does not: measured.
+  const bool has_map =
+      pigment.pattern != Pattern::kColour && pigment.pattern != Pattern::kChecker && pigment.pattern != Pattern::kBrick;
+  if (!has_map) pigment.entries.clear();
   pigment.pattern = found->second;
-  pigment.entries.clear();
   if (pigment.pattern == Pattern::kGradient) {
     pigment.axis = vector();
   } else if (pigment.pattern == Pattern::kChecker || pigment.pattern == Pattern::kBrick) {
@@ -277,17 +280,16 @@ void Evaluation::read_pigment_parts(Pigment& pigment) {
   }
 }
 
-Pigment Evaluation::read_pigment() {
+Pigment Evaluation::change_pigment(Pigment pigment) {
+  const Level level(*this);
   expect('{');
-  Pigment pigment = default_.pigment;
   read_pigment_parts(pigment);
   expect('}');
   return pigment;
 }
 
-Finish Evaluation::read_finish() {
+Finish Evaluation::change_finish(Finish finish) {
   expect('{');
-  Finish finish = default_.finish;
   const std::map<std::string_view, double Finish::*> numbers{
       {"brilliance", &Finish::brilliance}, {"phong", &Finish::phong},         {"phong_size", &Finish::phong_size},
       {"specular", &Finish::specular},     {"roughness", &Finish::roughness}, {"diffuse", &Finish::diffuse},
@@ -324,6 +326,7 @@ Finish Evaluation::read_finish() {
 }
 
 Texture Evaluation::read_texture() {
+  const Level level(*this);
   expect('{');
   Texture texture = default_;
   for (Token token = next(); !token.is('}'); token = next()) {
@@ -334,9 +337,9 @@ Texture Evaluation::read_texture() {
     } else if (const auto* known = find_as<Texture>(token.text)) {
       texture = *known;
     } else if (token.text == "pigment") {
-      texture.pigment = read_pigment();
+      texture.pigment = change_pigment(texture.pigment);
     } else if (token.text == "finish") {
-      texture.finish = read_finish();
+      texture.finish = change_finish(texture.finish);
     } else if (const auto* why = find_as<Unusable>(token.text)) {
       throw EvaluationError{why->why};
     } else {

@@ -62,7 +62,7 @@ struct NativeView::SmoothedBlock {
     bool has_samples = false;
     bool is_smooth = false;
   };
-  Pixel& at(int x, int y) { return pixels[std::size_t(y + 1)][std::size_t(x + 1)]; }
+  Pixel& at(int x, int y) { return pixels[std::size_t(y) + 1][std::size_t(x) + 1]; }
   std::array<std::array<Pixel, kBlock_px + 1>, kBlock_px + 1> pixels{};
 };
 
@@ -253,7 +253,9 @@ void NativeView::centres(const Poses& poses, bool planned, int band, std::vector
         std::array<Colour, kTileRays> seen;
         std::size_t count = 0;
         for_each_lane(unknown, [&](int lane) {
-          points[count++] = {column + lane % kTileSide + 0.5, row + lane / kTileSide + 0.5};
+          const int x = column + lane % kTileSide;
+          const int y = row + lane / kTileSide;
+          points[count++] = {x + 0.5, y + 0.5};
         });
         look(poses, std::span(points).first(count), seen);
         count = 0;
@@ -261,7 +263,7 @@ void NativeView::centres(const Poses& poses, bool planned, int band, std::vector
       }
       for (int y = row; y < row + kTileSide && y <= bottom; ++y) {
         const int width = std::min(kTileSide, window_.last_column - column + 1);
-        std::copy_n(tile.begin() + (y - row) * kTileSide, width,
+        std::copy_n(tile.begin() + std::ptrdiff_t(y - row) * kTileSide, width,
                     colours.begin() + std::ptrdiff_t(y - top) * columns + (column - window_.first_column));
       }
     }
@@ -270,8 +272,8 @@ void NativeView::centres(const Poses& poses, bool planned, int band, std::vector
 
 const NativeView::FixedTile& NativeView::fixed_tile_at(int x, int y) const {
   const int tile_columns = (window_.last_column - window_.first_column) / kTileSide + 1;
-  return tiles_[std::size_t((y - window_.first_row) / kTileSide * tile_columns +
-                            (x - window_.first_column) / kTileSide)];
+  const int tile = (y - window_.first_row) / kTileSide * tile_columns + (x - window_.first_column) / kTileSide;
+  return tiles_[std::size_t(tile)];
 }
 
 void NativeView::reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile) const {
@@ -402,7 +404,7 @@ void NativeView::render(const Poses& poses, int antialias, int band, Image& imag
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
   const auto colour_at = [&](int x, int y) {
     if (x < window_.first_column || y < top) return centre(poses, planned, x, y);
-    const std::size_t columns = std::size_t(window_.last_column - window_.first_column + 1);
+    const auto columns = std::size_t(window_.last_column - window_.first_column) + 1;
     return colours[std::size_t(y - top) * columns + std::size_t(x - window_.first_column)];
   };
   for (int left = window_.first_column; left <= window_.last_column; left += kBlock_px) {

@@ -156,15 +156,16 @@ double raw_value(const Pigment& pigment, const Vec3& p) {
 
 /// Returns the value after frequency, phase and wave.
 double waved(const Pigment& pigment, double value) {
-  if (pigment.frequency != 0) {  // a frequency of 0 leaves the value as it is, and the phase out: measured
+  if (pigment.frequency != 0) {  // a frequency of 0 leaves the phase out too: measured
     value = value * pigment.frequency + pigment.phase;
     if (value < 0 || value > 1) value = std::fmod(value, kWavePeriod);
-    if (value < 0) value += 1;
   }
+  if (value < 0) value -= std::floor(value);
   switch (pigment.wave.value_or(pigment.pattern == Pattern::kWood ? Wave::kTriangle : Wave::kRamp)) {
     case Wave::kRamp:
       break;
     case Wave::kTriangle:
+      if (value > 1) value -= std::floor(value);
       return value > 0.5 ? 2 * (1 - value) : 2 * value;
     case Wave::kSine:
       return 0.5 * (1 + std::sin(2 * std::numbers::pi * value));
