@@ -443,7 +443,12 @@ Result<std::shared_ptr<SimulationHost>> SimulationHost::open(const PlaceSettings
   auto stage = set_stage(place, *scene);
   if (!stage) return stage.error();
   auto povray = confined_povray(place, stage->choice.calls);
-  if (!povray && place.render.renderer != RendererKind::kNative) return povray.error();
+  if (!povray && place.render.renderer != RendererKind::kNative) {
+    const Error& error = povray.error();
+    if (error.code != ErrorCode::kUnavailable || place.render.renderer == RendererKind::kPovray) return error;
+    return Error(error.code, "{}; or use --renderer native, which renders many scenes without it, unchecked",
+                 error.message);
+  }
   std::unique_ptr<Renderer> renderer;
   if (place.render.renderer == RendererKind::kPovray) {
     if (place.render.chosen) place.render.chosen(RendererKind::kPovray, true);

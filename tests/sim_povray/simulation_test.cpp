@@ -347,7 +347,8 @@ TEST(SimulationOpen, RefusesAMissingSceneAndAMissingProgram) {
   EXPECT_THAT(
       Simulation::open(place, {}),
       FailsWith(ErrorCode::kUnavailable,
-                "POV-Ray is not installed: no program 'no-such-program' in PATH; on Debian: apt install povray"));
+                "POV-Ray is not installed: no program 'no-such-program' in PATH; on Debian: apt install povray; "
+                "or use --renderer native, which renders many scenes without it, unchecked"));
 
   // A user can correct a scene without POV-Ray, so an error of the scene is reported first.
   place.scene = folder.write("open.pov", "union { //*PMName robot\n");
