@@ -6,30 +6,32 @@
 bench=build/release/bench/native_bench
 poses=${TWOCONE_RENDERER_POSES:-100}
 
-# of JSON ROBOT KEY: a figure of native_bench
-of() { jq -r --arg robot "$2" ".[] | select(.robot == \$robot) | .$3" "$1" 2>/dev/null; }
+# of STEP KEY: a figure of native_bench
+of() { jq -r ".[0].$2 // empty" "$work/$1.json" 2>/dev/null; }
 fixed() { LC_ALL=C printf "%.$1f" "${2:-0}"; }
+percent() { fixed 4 "$(jq -n "100 * ${1:-1}")"; }
 
-step plain "$bench" --poses "$poses" --frames 20 --json "$work/plain.json" robots/{lab,hall,workshop,create2,pi_csi,usb_camera}_sim.yaml \
-  robots/pair/{one,two}.yaml robots/mirrors/{cone120,hyperboloid,three_cameras}.yaml robots/effects/{plain,shadows,noisy}.yaml
-for robot in $(jq -r '.[].robot' "$work/plain.json" 2>/dev/null); do
-  off=$(of "$work/plain.json" "$robot" different_worst)
-  row "$robot, 640x480 plain: mirror pixels off by more than one level in $(of "$work/plain.json" "$robot" images) images at random poses" \
-    "mean $(fixed 4 "$(jq -n "100 * $(of "$work/plain.json" "$robot" different_mean)")") %, worst $(fixed 4 "$(jq -n "100 * $off")") %" "at most 0.1 %" "$(holds "$off <= 0.001")"
+for robot in {lab,hall,workshop,create2,pi_csi,usb_camera}_sim pair/{one,two} mirrors/{cone120,hyperboloid,three_cameras} effects/{plain,shadows,noisy}; do
+  name=plain_${robot//\//_}
+  step "$name" "$bench" --poses "$poses" --frames 8 --json "$work/$name.json" "robots/$robot.yaml"
+  off=$(of "$name" different_worst)
+  row "$robot, 640x480 plain: mirror pixels off by more than one level, in $(of "$name" images) images at random poses" \
+    "mean $(percent "$(of "$name" different_mean)") %, worst $(percent "$off") %" "at most 0.1 %" "$(holds "${off:-1} <= 0.001")"
 done
-for name in lab:15 hall:12 workshop:12; do
-  robot=robots/${name%:*}_sim.yaml
-  ratio=$(of "$work/plain.json" "$robot" ratio)
-  row "$robot, 640x480 plain: processor time of a stereo frame against POV-Ray's, program's own pool, medians of five" \
-    "$(fixed 1 "$ratio") times less: $(fixed 1 "$(of "$work/plain.json" "$robot" native_ms)") ms, POV-Ray $(fixed 0 "$(of "$work/plain.json" "$robot" povray_ms)") ms" \
-    "at least ${name#*:} times" "$(holds "${ratio:-0} >= ${name#*:}")"
+for target in lab:15 hall:12 workshop:12; do
+  name=plain_${target%:*}_sim
+  ratio=$(of "$name" ratio)
+  row "${target%:*}, 640x480 plain: processor time of a stereo frame against POV-Ray's with the program's own pool, medians of five" \
+    "$(fixed 1 "$ratio") times less: $(fixed 1 "$(of "$name" native_ms)") ms, POV-Ray $(fixed 0 "$(of "$name" povray_ms)") ms" \
+    "at least ${target#*:} times" "$(holds "${ratio:-0} >= ${target#*:}")"
 done
 
-step smoothed "$bench" --antialias 3 --poses $((poses / 5)) --frames 3 --json "$work/smoothed.json" robots/{lab,hall,workshop}_sim.yaml
-for robot in robots/{lab,hall,workshop}_sim.yaml; do
-  off=$(of "$work/smoothed.json" "$robot" different_worst)
+for robot in lab hall workshop; do
+  name=smoothed_$robot
+  step "$name" "$bench" --antialias 3 --poses $((poses / 5)) --frames 2 --json "$work/$name.json" "robots/${robot}_sim.yaml"
+  off=$(of "$name" different_worst)
   row "$robot, 640x480, 3x3 rays: mirror pixels off by more than one level" \
-    "worst image $(fixed 4 "$(jq -n "100 * ${off:-1}")") %; $(fixed 1 "$(of "$work/smoothed.json" "$robot" ratio)") times less processor time" "at most 0.5 %" "$(holds "${off:-1} <= 0.005")"
+    "worst of $(of "$name" images) images $(percent "$off") %; $(fixed 1 "$(of "$name" ratio)") times less processor time" "at most 0.5 %" "$(holds "${off:-1} <= 0.005")"
 done
 
 for scene in effects/area_light effects/radiosity effects/glass examples/chess examples/patio examples/wineglass; do
@@ -47,9 +49,10 @@ wall() { jq -r .wall_s "$work/run_$1/summary.json" 2>/dev/null || echo 0; }
 ratio=$(jq -n "$(wall povray) / $(wall auto)" 2>/dev/null || echo 0)
 row "the demo's run of 450 frames, against --renderer povray" "$(fixed 1 "$ratio") times shorter: $(fixed 0 "$(wall auto)") s, $(fixed 0 "$(wall povray)") s" "at least 4 times" "$(holds "$ratio >= 4")"
 
-step fuzz build/release/tests/fuzz/scene_fuzz 500000 7 scenes/lab.pov scenes/hall.pov scenes/workshop.pov tests/sim_povray/scenes/tiny.pov
-row "mutated scenes, evaluated" "$(tail -n 1 "$work/fuzz.log")" "half a million, no crash" "$(passed fuzz)"
+step asan_build bash -c 'cmake --preset asan -D TWOCONE_BUILD_FUZZERS=ON && cmake --build --preset asan --target scene_fuzz'
+step fuzz build/asan/tests/fuzz/scene_fuzz 500000 7 scenes/lab.pov scenes/hall.pov tests/fuzz/keywords.pov tests/sim_povray/scenes/tiny.pov
+row "mutated scenes, read, evaluated and traced; AddressSanitizer and UndefinedBehaviorSanitizer" "$(tail -n 1 "$work/fuzz.log")" "half a million, no crash" "$(passed fuzz)"
 
-block "Plain" "$(cat "$work/plain.log")"
-block "Smoothed" "$(cat "$work/smoothed.log")"
+block "Plain" "$(tail -qn 1 "$work"/plain_*.log)"
+block "Smoothed" "$(tail -qn 1 "$work"/smoothed_*.log)"
 page "the native renderer"
