@@ -54,8 +54,8 @@ class NativeView {
   };
   /// The reflected rays of kTileSide x kTileSide pixels, in the coordinates in which the scene shows the robot.
   struct FixedTile {
-    std::uint64_t mirror = 0;       ///< pixels of kind kMirror, row by row
-    TileVectors origin, direction;  ///< the others repeat the ray of one that is
+    TileVectors origin, direction;
+    std::uint64_t mirror = 0;  ///< pixels of kind kMirror, row by row; the others repeat the ray of one that is
     /// Where the rays may meet anything: all groups, if one of them meets the robot itself, else all others.
     GroupSet surroundings = 0;
   };

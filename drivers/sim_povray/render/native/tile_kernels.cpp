@@ -17,8 +17,8 @@ using Doubles = hn::CappedTag<double, 8>;
 using Vector = hn::Vec<Doubles>;
 constexpr Doubles kDoubles;
 
-Vector load(const Lane& lane, std::size_t i) { return hn::Load(kDoubles, lane.data() + i); }
-void store(const Vector& value, Lane& lane, std::size_t i) { hn::Store(value, kDoubles, lane.data() + i); }
+Vector load(const Lane& lane, std::size_t i) { return hn::LoadU(kDoubles, lane.data() + i); }
+void store(const Vector& value, Lane& lane, std::size_t i) { hn::StoreU(value, kDoubles, lane.data() + i); }
 Vector all(double value) { return hn::Set(kDoubles, value); }
 std::size_t step() { return hn::Lanes(kDoubles); }
 

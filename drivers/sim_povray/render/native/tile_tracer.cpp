@@ -106,16 +106,16 @@ class Candidates {
 
 /// What a thread needs for its tiles, so that no tile allocates.
 struct Workspace {
-  RayTile local, shadow;
   TileHits hits;
   TileVectors normals;  // towards where the rays come from
-  Lane shadow_min, shadow_max, cosine;
-  Candidates candidates;
-  std::array<Meeting, kTileRays> meetings;
-  std::array<Colour, kTileRays> pigments, parts;
+  RayTile local, shadow;
   RayBundle reflected;
+  Candidates candidates;
+  Lane shadow_min, shadow_max, cosine;
   Lane reflected_weights;
+  std::array<Colour, kTileRays> pigments, parts;
   SeenTile reflected_seen;
+  std::array<Meeting, kTileRays> meetings;
 };
 
 /// Returns the calling thread's room for rays of a level.
