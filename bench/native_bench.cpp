@@ -57,6 +57,22 @@ struct View {
   std::shared_ptr<const NativeView> native;
 };
 
+constexpr double kBody_m = 0.3;
+
+bool is_near(const Solid& solid, const Pose2& pose) {
+  if (const auto* disc = std::get_if<Disc>(&solid.shape)) {
+    return std::hypot(pose.x_m - disc->centre.x_m, pose.y_m - disc->centre.y_m) < disc->radius_m + kBody_m;
+  }
+  // Its bounds are enough: obstacles are small.
+  FloorPoint low{1e9, 1e9}, high{-1e9, -1e9};
+  for (const FloorPoint& corner : std::get<Outline>(solid.shape)) {
+    low = {std::min(low.x_m, corner.x_m), std::min(low.y_m, corner.y_m)};
+    high = {std::max(high.x_m, corner.x_m), std::max(high.y_m, corner.y_m)};
+  }
+  return pose.x_m > low.x_m - kBody_m && pose.x_m < high.x_m + kBody_m && pose.y_m > low.y_m - kBody_m &&
+         pose.y_m < high.y_m + kBody_m;
+}
+
 /// A robot in its scene: poses, and views as a run has them.
 class Stage {
  public:
@@ -77,16 +93,20 @@ class Stage {
   [[nodiscard]] const Povray& povray() const { return *povray_; }
   [[nodiscard]] std::string obstacle() const { return obstacle_; }
 
-  /// Returns a pose anywhere between the walls.
+  /// Returns a pose between the walls where the robot stands in no obstacle. Inside of one, where faces lie on each
+  /// other, the two programs choose differently.
   template <class Random>
   std::string pose(Random& random) const {
     const auto between = [&random](double low, double high) {
       return std::uniform_real_distribution<double>(low, high)(random);
     };
     const Bounds& b = map_.bounds;
-    const double margin = 0.3;
-    return text(motion_between(start_, {between(b.min_x_m + margin, b.max_x_m - margin),
-                                        between(b.min_y_m + margin, b.max_y_m - margin), between(-M_PI, M_PI)}));
+    Pose2 there;
+    do {
+      there = {between(b.min_x_m + kBody_m, b.max_x_m - kBody_m), between(b.min_y_m + kBody_m, b.max_y_m - kBody_m),
+               between(-M_PI, M_PI)};
+    } while (std::ranges::any_of(place_.solids, [&](const Solid& solid) { return is_near(solid, there); }));
+    return text(motion_between(start_, there));
   }
   /// Returns a pose on the circle of 0.6 m diameter through the robot's start, where nothing stands.
   [[nodiscard]] std::string pose_of_drive(int frame) const {
@@ -206,7 +226,10 @@ nlohmann::json measure(const std::string& robot_file, const Options& options) {
   for (const double share : shares) mean += share / double(shares.size());
   result["images"] = shares.size();
   result["different_mean"] = mean;
-  result["different_worst"] = *std::max_element(shares.begin(), shares.end());
+  const auto worst = std::max_element(shares.begin(), shares.end());
+  result["different_worst"] = *worst;
+  result["worst_image"] = (worst - shares.begin()) % 2 == 0 ? "lower" : "upper";
+  result["worst_pose"] = poses[std::size_t(worst - shares.begin()) / 2];
   result["images_over_a_thousandth"] = std::count_if(shares.begin(), shares.end(), [](double s) { return s > 1e-3; });
   result["native_ms"] = 1e3 * median(native_s);
   result["povray_ms"] = 1e3 * median(povray_s);
