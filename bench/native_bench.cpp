@@ -4,11 +4,14 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <future>
 #include <memory>
 #include <random>
+#include <thread>
 #include <vector>
 
 #include <fmt/format.h>
@@ -156,6 +159,24 @@ Image rendered(const NativeView& view, const std::string& pose) {
   return image;
 }
 
+/// Returns the wall time of a stereo frame whose bands are shared among this number of threads, in seconds.
+double wall_s(const Stage& stage, int threads) {
+  const auto poses = parse_poses(stage.pose_of_drive(0));
+  const auto begin = std::chrono::steady_clock::now();
+  for (const View& view : stage.views()) {
+    const int width = view.native->width_px(), height = view.native->height_px();
+    Image image{width, height, PixelFormat::kRgb8, Bytes(std::vector<std::uint8_t>(3 * std::size_t(width * height)))};
+    std::atomic<int> next = 0;
+    std::vector<std::jthread> workers;
+    for (int i = 0; i < threads; ++i) {
+      workers.emplace_back([&] {
+        for (int band = next++; band < view.native->bands(); band = next++) view.native->render(*poses, band, image);
+      });
+    }
+  }
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 std::future<ImageResult> ordered(Renderer& renderer, const View& view, const std::string& pose) {
   auto promise = std::make_shared<std::promise<ImageResult>>();
   auto image = promise->get_future();
@@ -234,6 +255,11 @@ nlohmann::json measure(const std::string& robot_file, const Options& options) {
   result["native_ms"] = 1e3 * median(native_s);
   result["povray_ms"] = 1e3 * median(povray_s);
   result["ratio"] = median(povray_s) / median(native_s);
+  for (const int threads : {1, 2, 4}) {
+    std::vector<double> walls;
+    for (int i = 0; i < options.repeats * options.timed_frames; ++i) walls.push_back(wall_s(stage, threads));
+    result["wall_ms"][std::to_string(threads)] = 1e3 * median(walls);
+  }
   return result;
 }
 
@@ -246,6 +272,9 @@ void print(const nlohmann::json& r) {
              100 * r["different_mean"].get<double>(), 100 * r["different_worst"].get<double>(),
              r["images_over_a_thousandth"].get<int>(), r["native_ms"].get<double>(), r["povray_ms"].get<double>(),
              r["ratio"].get<double>());
+  fmt::print("  wall time of a frame, by threads:");
+  for (const auto& [threads, ms] : r["wall_ms"].items()) fmt::print("  {}: {:.1f} ms", threads, ms.get<double>());
+  fmt::print("\n");
   std::fflush(stdout);
 }
 
@@ -257,7 +286,9 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("The native renderer against POV-Ray");
   app.add_option("ROBOT", options.robots, "robot files of simulated robots")->required();
-  app.add_option("--poses", options.poses, "random poses that are compared by pixel")->capture_default_str();
+  app.add_option("--poses", options.poses, "random poses that are compared by pixel")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--antialias", options.antialias, "rays per pixel side")->capture_default_str();
   app.add_option("--frames", options.timed_frames, "stereo frames of a timed repeat")->capture_default_str();
   app.add_option("--repeats", options.repeats)->capture_default_str();

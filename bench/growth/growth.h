@@ -48,6 +48,7 @@ Growth grow_robots_with_a_process_a_view(Options options);
 Growth grow_error_by_robots(const Options& options);
 Growth grow_frames(const Options& options);
 Growth grow_pixels(const Options& options);
+Growth grow_objects(const Options& options);
 Growth grow_vision_landmarks(const Options& options);
 Growth grow_localisation_landmarks(const Options& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures how times grow with robots, frames, pixels and landmarks, for the tables of docs/performance.md.
+// Measures how times grow with robots, frames, pixels, objects and landmarks, for the tables of docs/performance.md.
 #include <algorithm>
 #include <cstdio>
 #include <functional>
@@ -25,6 +25,7 @@ const std::vector<Part>& parts() {
                                      {"robots-error", {grow_error_by_robots}},
                                      {"frames", {grow_frames}},
                                      {"pixels", {grow_pixels}},
+                                     {"objects", {grow_objects}},
                                      {"landmarks", {grow_vision_landmarks, grow_localisation_landmarks}}};
   return all;
 }
@@ -55,7 +56,7 @@ int run(int argc, char** argv) {
   for (const Part& part : parts()) names.emplace_back(part.name);
   std::vector<std::string> wanted = names;
   int run_frames = 0;
-  CLI::App app("How times grow with robots, frames, pixels and landmarks, as markdown");
+  CLI::App app("How times grow with robots, frames, pixels, objects and landmarks, as markdown");
   app.add_option("--parts", wanted, "Which")->delimiter(',')->check(CLI::IsMember(names))->capture_default_str();
   app.add_option("--repeats", options.repeats, "Of each size")->check(CLI::Range(1, 1000))->capture_default_str();
   app.add_option("--processes", options.processes, "POV-Ray processes of the first table of robots")

@@ -30,17 +30,22 @@ Growth grow_pixels(const Options& options) {
   const config::Map map = config::read_map(lab.map);
   PlaceSettings place = config::to_place(map);
   place.render.processes = 2;  // one for each view: an image's figures must not include the start of another process
+  place.render.renderer = RendererKind::kPovray;
   const auto host = value(SimulationHost::open(place));
+  place.render.renderer = RendererKind::kNative;
+  const auto native_host = value(SimulationHost::open(place));
 
   Growth growth;
   growth.title = "Pixels";
   growth.what = fmt::format(
-      "One stereo frame of the lab at each of {} poses, without anti-aliasing: processor time of POV-Ray for both "
-      "images, and of method `outline` from the two images to ranges and bearings (median of {}, one thread). The "
+      "One stereo frame of the lab at each of {} poses, without anti-aliasing: processor time of POV-Ray and of "
+      "the native renderer for both images, and of method `outline` from the two images to ranges and bearings (median "
+      "of {}, one thread). The "
       "exponents are over the pixels of an image.",
       kPoses.size(), options.repeats);
   growth.size_name = "image";
-  Column rendering{"rendering, ms", 0, {}};
+  Column rendering{"POV-Ray, ms", 0, {}};
+  Column native{"native renderer, ms", 1, {}};
   Column vision{"vision, ms", 2, {}};
   Column measured{"landmarks measured", 0, {}, false};
   for (const int height_px : kHeights_px) {
@@ -50,11 +55,14 @@ Growth grow_pixels(const Options& options) {
     const vision::OutlineRanging ranging(config::to_rig(robot), config::to_targets(map), size, size);
     growth.sizes.push_back(double(size.area()));
     growth.labels.push_back(fmt::format("{} x {}", size.width, size.height));
-    for (Column* column : {&rendering, &vision, &measured}) column->repeats.emplace_back();
-    (void)seen_at(*host, session, robot, kPoses.front());  // finds the mirrors and starts the processes
+    for (Column* column : {&rendering, &native, &vision, &measured}) column->repeats.emplace_back();
+    // The first image finds the mirrors and starts processes and threads.
+    for (SimulationHost* renders : {host.get(), native_host.get()})
+      (void)seen_at(*renders, session, robot, kPoses.front());
     for (const Pose2& pose : kPoses) {
       const Seen seen = seen_at(*host, session, robot, pose);
       rendering.repeats.back().push_back(seen.render_ms);
+      native.repeats.back().push_back(seen_at(*native_host, session, robot, pose).render_ms);
       std::vector<double> times_ms;
       int count = 0;
       for (int repeat = 0; repeat < options.repeats; ++repeat) {
@@ -67,7 +75,7 @@ Growth grow_pixels(const Options& options) {
       measured.repeats.back().push_back(count);
     }
   }
-  growth.columns = {rendering, vision, measured};
+  growth.columns = {rendering, native, vision, measured};
   return growth;
 }
 

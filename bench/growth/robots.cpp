@@ -49,6 +49,7 @@ PlaceSettings room(int robots, const Options& options) {
   place.scene = options.scratch / fmt::format("robots_{}.pov", robots);
   std::ofstream(place.scene) << scene;
   place.render.processes = options.processes;
+  place.render.renderer = RendererKind::kPovray;  // the table is about its processes
   return place;
 }
 

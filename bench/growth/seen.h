@@ -13,7 +13,7 @@ namespace twocone::bench {
 
 struct Seen {
   std::vector<cv::Mat> images;  ///< lower, upper; CV_8UC3, r g b
-  double render_ms = 0;         ///< POV-Ray's processor time for both
+  double render_ms = 0;         ///< the renderer's processor time for both
 };
 
 /// Returns the stereo frame of time 0 at a pose. @throws std::runtime_error for any failure

@@ -37,9 +37,6 @@ Bounds3 moved(const Bounds3& box, const Transform& by, bool backwards) {
 
 double greatest(const Colour& colour) { return std::max({colour.x, colour.y, colour.z}); }
 
-/// Returns whether light sources change what a surface shows.
-bool needs_light(const Finish& finish) { return finish.diffuse > 0 || finish.phong > 0 || finish.specular > 0; }
-
 /// Returns a colour as smoothing weighs it.
 Colour weighed(const Colour& colour) {
   const auto of = [](double light) { return light > 0 ? std::pow(light, kSmoothingGamma) : 0; };
@@ -141,6 +138,9 @@ NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
     bool meets_own = false;
     pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, meets_own);
     if (meets_own) tile.surroundings = kAllGroups;
+    if (pixel.kind == FixedPixel::Kind::kAny) tile.unknown |= std::uint64_t{1} << lane;
+    if (lane == 0) tile.common = pixel;
+    tile.is_uniform = pixel == tile.common && (tile.is_uniform || lane == 0);
     if (pixel.kind != FixedPixel::Kind::kMirror) continue;
     tile.mirror |= std::uint64_t{1} << lane;
     tile.origin.set(lane, reflected.origin);
@@ -164,7 +164,7 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, b
   const auto meeting = nearest(scene_, rest, ray, RayKind::kFromCamera, own_);
   if (!meeting) return pixel;
   const Finish& finish = meeting->texture->finish;
-  if (needs_light(finish)) return pixel;
+  if (shows_light(finish)) return pixel;
   pixel.colour =
       unlit(finish, pigment_colour(meeting->texture->pigment, meeting->pattern_point), description.ambient_light);
   pixel.kind = FixedPixel::Kind::kConstant;
@@ -230,44 +230,52 @@ Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const 
   return pixel.colour + pixel.share * traced(scene_, poses, ray, RayKind::kReflected, 2, greatest(pixel.share));
 }
 
-void NativeView::centres(const Poses& poses, bool planned, int band, std::vector<Colour>& colours) const {
-  const int columns = window_.last_column - window_.first_column + 1;
+void NativeView::tile_centres(const Poses& poses, bool planned, int column, int row, std::uint64_t inside,
+                              std::array<Colour, kTileRays>& tile) const {
+  std::uint64_t unknown = inside;
+  if (planned) {
+    const FixedTile& fixed = fixed_tile_at(column, row);
+    unknown &= fixed.unknown;
+    if (fixed.is_uniform) {
+      tile.fill(fixed.common.colour);
+    } else {
+      for_each_lane(inside, [&](int lane) { tile[std::size_t(lane)] = fixed_[pixel_of(column, row, lane)].colour; });
+    }
+    reflect(poses, column, row, tile);
+  }
+  if (unknown == 0) return;
+  std::array<ImagePoint, kTileRays> points;
+  std::array<Colour, kTileRays> seen;
+  std::size_t count = 0;
+  for_each_lane(unknown, [&](int lane) {
+    points[count++] = {column + lane % kTileSide + 0.5, row + lane / kTileSide + 0.5};
+  });
+  look(poses, std::span(points).first(count), seen);
+  count = 0;
+  for_each_lane(unknown, [&](int lane) { tile[std::size_t(lane)] = seen[count++]; });
+}
+
+template <class Visit>
+void NativeView::visit_centres(const Poses& poses, bool planned, int band, Visit visit) const {
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
-  colours.resize(std::size_t(columns) * kBlock_px);
   std::array<Colour, kTileRays> tile;
   for (int row = top; row <= bottom; row += kTileSide) {
+    const int height = std::min(kTileSide, bottom - row + 1);
     for (int column = window_.first_column; column <= window_.last_column; column += kTileSide) {
-      std::uint64_t unknown = 0;
-      for (int lane = 0; lane < kTileRays; ++lane) {
-        const int x = column + lane % kTileSide;
-        const int y = row + lane / kTileSide;
-        if (x > window_.last_column || y > bottom) continue;
-        const FixedPixel* pixel = planned ? &fixed_[pixel_index(x, y)] : nullptr;
-        if (pixel == nullptr || pixel->kind == FixedPixel::Kind::kAny) unknown |= std::uint64_t{1} << lane;
-        if (pixel != nullptr) tile[std::size_t(lane)] = pixel->colour;
-      }
-      if (planned) reflect(poses, column, row, tile);
-      if (unknown != 0) {
-        std::array<ImagePoint, kTileRays> points;
-        std::array<Colour, kTileRays> seen;
-        std::size_t count = 0;
-        for_each_lane(unknown, [&](int lane) {
-          const int x = column + lane % kTileSide;
-          const int y = row + lane / kTileSide;
-          points[count++] = {x + 0.5, y + 0.5};
-        });
-        look(poses, std::span(points).first(count), seen);
-        count = 0;
-        for_each_lane(unknown, [&](int lane) { tile[std::size_t(lane)] = seen[count++]; });
-      }
-      for (int y = row; y < row + kTileSide && y <= bottom; ++y) {
-        const int width = std::min(kTileSide, window_.last_column - column + 1);
-        std::copy_n(tile.begin() + std::ptrdiff_t(y - row) * kTileSide, width,
-                    colours.begin() + std::ptrdiff_t(y - top) * columns + (column - window_.first_column));
+      const int width = std::min(kTileSide, window_.last_column - column + 1);
+      std::uint64_t inside = 0;
+      for (int y = 0; y < height; ++y) inside |= ((std::uint64_t{1} << width) - 1) << (y * kTileSide);
+      tile_centres(poses, planned, column, row, inside, tile);
+      for (int y = 0; y < height; ++y) {
+        visit(column, row + y, std::span(tile).subspan(std::size_t(y) * kTileSide, std::size_t(width)));
       }
     }
   }
+}
+
+std::size_t NativeView::pixel_of(int column, int row, int lane) const {
+  return pixel_index(column + lane % kTileSide, row + lane / kTileSide);
 }
 
 const NativeView::FixedTile& NativeView::fixed_tile_at(int x, int y) const {
@@ -282,17 +290,17 @@ void NativeView::reflect(const Poses& poses, int column, int row, std::array<Col
   thread_local RayBundle bundle;
   thread_local SeenTile seen;
   thread_local Lane weights;
-  const auto pixel_of = [&](int lane) -> const FixedPixel& {
-    return fixed_[pixel_index(column + lane % kTileSide, row + lane / kTileSide)];
+  const auto pixel_at = [&](int lane) -> const FixedPixel& {
+    return fixed.is_uniform ? fixed.common : fixed_[pixel_of(column, row, lane)];
   };
   bundle.used = fixed.mirror;
   bundle.t_max.fill(kInfinity);
   transform_rays(poses.view, fixed.origin, fixed.direction, bundle.rays);
-  for_each_lane(fixed.mirror, [&](int lane) { weights[std::size_t(lane)] = greatest(pixel_of(lane).share); });
+  for_each_lane(fixed.mirror, [&](int lane) { weights[std::size_t(lane)] = greatest(pixel_at(lane).share); });
   trace_tile(scene_, poses, bundle, 2, fixed.surroundings, weights, seen);
   for_each_lane(fixed.mirror, [&](int lane) {
     const auto i = std::size_t(lane);
-    const FixedPixel& pixel = pixel_of(lane);
+    const FixedPixel& pixel = pixel_at(lane);
     const bool met = (seen.met >> lane & 1) != 0;
     tile[i] += pixel.share * (met ? seen.colours[i] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane)));
   });
@@ -398,23 +406,28 @@ void NativeView::render(const Poses& poses, int antialias, int band, Image& imag
     bytes[1] = srgb_byte(colour.y);
     bytes[2] = srgb_byte(colour.z);
   };
-  thread_local std::vector<Colour> colours;
-  centres(poses, planned, band, colours);
+  if (antialias == 1) {
+    visit_centres(poses, planned, band, [&](int x, int y, std::span<const Colour> part) {
+      for (const Colour& colour : part) store(x++, y, colour);
+    });
+    return;
+  }
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
+  const auto columns = std::size_t(window_.last_column - window_.first_column) + 1;
+  thread_local std::vector<Colour> colours;
+  colours.resize(columns * kBlock_px);
+  const auto index_of = [&](int x, int y) {
+    return std::size_t(y - top) * columns + std::size_t(x - window_.first_column);
+  };
+  visit_centres(poses, planned, band, [&](int x, int y, std::span<const Colour> part) {
+    std::ranges::copy(part, colours.begin() + std::ptrdiff_t(index_of(x, y)));
+  });
   const auto colour_at = [&](int x, int y) {
-    if (x < window_.first_column || y < top) return centre(poses, planned, x, y);
-    const auto columns = std::size_t(window_.last_column - window_.first_column) + 1;
-    return colours[std::size_t(y - top) * columns + std::size_t(x - window_.first_column)];
+    return x < window_.first_column || y < top ? centre(poses, planned, x, y) : colours[index_of(x, y)];
   };
   for (int left = window_.first_column; left <= window_.last_column; left += kBlock_px) {
     const int right = std::min(left + kBlock_px - 1, window_.last_column);
-    if (antialias == 1) {
-      for (int y = top; y <= bottom; ++y) {
-        for (int x = left; x <= right; ++x) store(x, y, colour_at(x, y));
-      }
-      continue;
-    }
     thread_local SmoothedBlock block;
     for (int y = top - 1; y <= bottom; ++y) {
       for (int x = left - 1; x <= right; ++x) {

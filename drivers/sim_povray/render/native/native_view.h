@@ -51,11 +51,17 @@ class NativeView {
     };
     Kind kind = Kind::kAny;
     Colour colour{}, share{};
+
+    friend bool operator==(const FixedPixel&, const FixedPixel&) = default;
   };
   /// The reflected rays of kTileSide x kTileSide pixels, in the coordinates in which the scene shows the robot.
   struct FixedTile {
     TileVectors origin, direction;
-    std::uint64_t mirror = 0;  ///< pixels of kind kMirror, row by row; the others repeat the ray of one that is
+    std::uint64_t mirror = 0;   ///< pixels of kind kMirror, row by row; the others repeat the ray of one that is
+    std::uint64_t unknown = 0;  ///< pixels of kind kAny
+    /// All pixels are `common`, which is much less to read than all of them.
+    bool is_uniform = false;
+    FixedPixel common{};
     /// Where the rays may meet anything: all groups, if one of them meets the robot itself, else all others.
     GroupSet surroundings = 0;
   };
@@ -91,11 +97,17 @@ class NativeView {
   void take_samples(const Poses& poses, int antialias, int left, int top, std::span<const BlockPlace> places,
                     SmoothedBlock& block) const;
   [[nodiscard]] const FixedTile& fixed_tile_at(int x, int y) const;
+  /// Returns the index of a tile's pixel. @param column,row of the tile's first pixel
+  [[nodiscard]] std::size_t pixel_of(int column, int row, int lane) const;
   [[nodiscard]] std::size_t pixel_index(int x, int y) const {
     return std::size_t(y) * std::size_t(width_px_) + std::size_t(x);
   }
-  /// Sets what the centres of a band's pixels show, row by row of the window.
-  void centres(const Poses& poses, bool planned, int band, std::vector<Colour>& colours) const;
+  /// Finds what the centres of a band's pixels show. Calls `visit(x, y, colours)` for parts of its rows.
+  template <class Visit>
+  void visit_centres(const Poses& poses, bool planned, int band, Visit visit) const;
+  /// Sets what the centres of a tile's pixels show, row by row. @param inside the pixels in the band
+  void tile_centres(const Poses& poses, bool planned, int column, int row, std::uint64_t inside,
+                    std::array<Colour, kTileRays>& tile) const;
 
   TracedScene scene_;
   int width_px_, height_px_;

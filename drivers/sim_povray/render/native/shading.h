@@ -20,6 +20,9 @@ inline Colour light_at(const LightSource& light, const Vec3& point) {
   return light.is_spot || fades ? light.colour * share_at(light, point) : light.colour;
 }
 
+/// Returns whether light sources change what a surface shows.
+inline bool shows_light(const Finish& finish) { return finish.diffuse != 0 || finish.phong > 0 || finish.specular > 0; }
+
 /// Returns what a surface shows without any light source.
 inline Colour unlit(const Finish& finish, const Colour& pigment, const Colour& ambient_light) {
   return pigment * (finish.ambient * ambient_light + finish.emission);

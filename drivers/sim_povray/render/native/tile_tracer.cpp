@@ -15,48 +15,67 @@ namespace twocone::sim_povray {
 namespace {
 
 /// Bounds of the origins and directions of a tile's rays.
-struct Beam {
-  Bounds3 origin, direction;
+class Beam {
+ public:
+  Beam(const Bounds3& origin, const Bounds3& direction)
+      : x_(origin.low.x, origin.high.x, direction.low.x, direction.high.x),
+        y_(origin.low.y, origin.high.y, direction.low.y, direction.high.y),
+        z_(origin.low.z, origin.high.z, direction.low.z, direction.high.z) {}
 
   /// Returns a number that is not above where any of the rays enters the box, at least t_min; kInfinity if none of them
   /// meets it between t_min and t_max.
   [[nodiscard]] double entry(const Bounds3& box, double t_min, double t_max) const {
     double low = t_min;
     double high = t_max;
-    cut(box.low.x, box.high.x, origin.low.x, origin.high.x, direction.low.x, direction.high.x, low, high);
-    cut(box.low.y, box.high.y, origin.low.y, origin.high.y, direction.low.y, direction.high.y, low, high);
-    cut(box.low.z, box.high.z, origin.low.z, origin.high.z, direction.low.z, direction.high.z, low, high);
+    x_.cut(box.low.x, box.high.x, low, high);
+    y_.cut(box.low.y, box.high.y, low, high);
+    z_.cut(box.low.z, box.high.z, low, high);
     // Rounding must not lose a box that a ray only touches.
     constexpr double kSlack = 1e-9;
     return low <= high * (1 + kSlack) + kSlack ? low * (1 - kSlack) - kSlack : kInfinity;
   }
 
  private:
-  /// Narrows [low, high] to where rays may be between two planes.
-  static void cut(double from, double to, double start_low, double start_high, double slope_low, double slope_high,
-                  double& low, double& high) {
-    const double near_ahead = from - start_high;  // > 0: all rays start below the box
-    const double near_behind = to - start_low;    // < 0: all rays start above it
-    if (near_ahead > 0) {
-      if (slope_high <= 0) {
-        high = -kInfinity;
-        return;
+  class Axis {
+   public:
+    Axis(double start_low, double start_high, double slope_low, double slope_high)
+        : start_low_(start_low),
+          start_high_(start_high),
+          slope_low_(slope_low),
+          slope_high_(slope_high),
+          per_slope_low_(1 / slope_low),
+          per_slope_high_(1 / slope_high) {}
+
+    /// Narrows [low, high] to where rays may be between two planes.
+    void cut(double from, double to, double& low, double& high) const {
+      const double near_ahead = from - start_high_;  // > 0: all rays start below the box
+      const double near_behind = to - start_low_;    // < 0: all rays start above it
+      if (near_ahead > 0) {
+        if (slope_high_ <= 0) {
+          high = -kInfinity;
+          return;
+        }
+        low = std::max(low, near_ahead * per_slope_high_);
+        if (slope_low_ > 0) high = std::min(high, near_behind * per_slope_low_);
+      } else if (near_behind < 0) {
+        if (slope_low_ >= 0) {
+          high = -kInfinity;
+          return;
+        }
+        low = std::max(low, near_behind * per_slope_low_);
+        if (slope_high_ < 0) high = std::min(high, near_ahead * per_slope_high_);
+      } else if (slope_low_ > 0) {
+        high = std::min(high, near_behind * per_slope_low_);
+      } else if (slope_high_ < 0) {
+        high = std::min(high, near_ahead * per_slope_high_);
       }
-      low = std::max(low, near_ahead / slope_high);
-      if (slope_low > 0) high = std::min(high, (to - start_low) / slope_low);
-    } else if (near_behind < 0) {
-      if (slope_low >= 0) {
-        high = -kInfinity;
-        return;
-      }
-      low = std::max(low, near_behind / slope_low);
-      if (slope_high < 0) high = std::min(high, (from - start_high) / slope_high);
-    } else if (slope_low > 0) {
-      high = std::min(high, (to - start_low) / slope_low);
-    } else if (slope_high < 0) {
-      high = std::min(high, (from - start_high) / slope_high);
     }
-  }
+
+   private:
+    double start_low_, start_high_, slope_low_, slope_high_, per_slope_low_, per_slope_high_;
+  };
+
+  Axis x_, y_, z_;
 };
 
 /// Boxes of a hierarchy that a beam may meet.
@@ -113,9 +132,10 @@ struct Workspace {
   Candidates candidates;
   Lane shadow_min, shadow_max, cosine;
   Lane reflected_weights;
-  std::array<Colour, kTileRays> pigments, parts;
+  std::array<Colour, kTileRays> pigments;
   SeenTile reflected_seen;
   std::array<Meeting, kTileRays> meetings;
+  std::array<Crossing, kTileRays> crossings;  // of what is hit, unless it is a box
 };
 
 /// Returns the calling thread's room for rays of a level.
@@ -157,6 +177,7 @@ void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle&
         const double farthest = w.hits.number[i] < 0 ? w.hits.t[i] : std::nextafter(w.hits.t[i], kInfinity);
         if (!item.solid.nearest(ray_of(rays, lane), kNearest, farthest, found)) return;
         if (found.t == w.hits.t[i] && item.number > w.hits.number[i]) return;
+        w.crossings[i] = found;
         w.hits.t[i] = found.t;
         w.hits.number[i] = item.number;
       });
@@ -166,7 +187,7 @@ void find_nearest(const TracedScene& scene, const Poses& poses, const RayBundle&
       if (is_seen(item)) meet(item, bundle.used);
     }
     if (group.bounded.empty()) continue;
-    const Beam beam{limits_of(rays.origin), limits_of(rays.direction)};
+    const Beam beam(limits_of(rays.origin), limits_of(rays.direction));
     double farthest = greatest_of(w.hits.t);
     w.candidates.find(group.bounded, beam, kNearest, farthest);
     w.candidates.sort();
@@ -201,7 +222,7 @@ std::uint64_t shadowed(const TracedScene& scene, const Poses& poses, const Vec3&
     // The rays seen from the light have one origin, and their bounds are much tighter. 1 is where they end.
     const Vec3 source = group.mover == -1 ? light : poses.of(group.mover).inverse_point(light);
     const Bounds3 ends = limits_of(rays.origin);
-    const Beam beam{{source, source}, {ends.low - source, ends.high - source}};
+    const Beam beam({source, source}, {ends.low - source, ends.high - source});
     w.candidates.find(group.shadows, beam, 0, 1);
     for (const auto& candidate : w.candidates) {
       const TracedScene::Item& item = group.items[std::size_t(group.shadow_items[std::size_t(candidate.index)])];
@@ -274,6 +295,7 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
   Workspace& w = workspace(level);
   find_nearest(scene, poses, bundle, level, which, w);
   seen.met = 0;
+  std::uint64_t needs_light = 0;
   const EvaluatedScene& description = scene.scene();
   for_each_lane(bundle.used, [&](int lane) {
     const auto i = std::size_t(lane);
@@ -282,7 +304,9 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
     const auto [group_index, item_index] = scene.place(int(w.hits.number[i]));
     const TracedScene::Group& group = scene.groups()[std::size_t(group_index)];
     const TracedScene::Item& item = group.items[std::size_t(item_index)];
-    if (item.is_box && group.mover == -1) {
+    if (!item.is_box) {
+      w.meetings[i] = meeting_at(poses, ray, group, item, w.crossings[i]);
+    } else if (group.mover == -1) {
       const double t = w.hits.t[i];
       const Vec3 point = ray.at(t);
       w.meetings[i] = {t, &group, item.box_texture, point, point, normal_of_box(bundle.rays, lane, item.bounds, t)};
@@ -297,6 +321,7 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
     w.normals.set(lane, dot(meeting.normal, ray.direction) > 0 ? -meeting.normal : meeting.normal);
     w.pigments[i] = pigment_colour(meeting.texture->pigment, meeting.pattern_point);
     seen.colours[i] = unlit(meeting.texture->finish, w.pigments[i], description.ambient_light);
+    if (shows_light(meeting.texture->finish)) needs_light |= std::uint64_t{1} << lane;
   });
   if (seen.met == 0) return;
   const int any = std::countr_zero(seen.met);
@@ -308,18 +333,19 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
     const LightSource light = placed(given, poses);
     aim_at_light(light.position, w.normals, w.shadow, w.shadow_max, w.cosine);
     std::uint64_t facing = 0;
-    for_each_lane(seen.met, [&](int lane) {
+    for_each_lane(needs_light, [&](int lane) {
       const auto i = std::size_t(lane);
       w.shadow_max[i] -= kNearestShadow;
-      if (!(w.cosine[i] > 0)) return;
-      w.parts[i] =
-          lit(w.meetings[i].texture->finish, w.pigments[i], w.normals.at(lane), -bundle.rays.direction.at(lane),
-              w.shadow.direction.at(lane), light_at(light, w.meetings[i].point), !light.shadowless);
-      if (w.parts[i] != Colour{}) facing |= std::uint64_t{1} << lane;
+      if (w.cosine[i] > 0 && light_at(light, w.meetings[i].point) != Colour{}) facing |= std::uint64_t{1} << lane;
     });
     if (facing == 0) continue;
     if (!light.shadowless) facing &= ~shadowed(scene, poses, light.position, facing, w);
-    for_each_lane(facing, [&](int lane) { seen.colours[std::size_t(lane)] += w.parts[std::size_t(lane)]; });
+    for_each_lane(facing, [&](int lane) {
+      const auto i = std::size_t(lane);
+      seen.colours[i] +=
+          lit(w.meetings[i].texture->finish, w.pigments[i], w.normals.at(lane), -bundle.rays.direction.at(lane),
+              w.shadow.direction.at(lane), light_at(light, w.meetings[i].point), !light.shadowless);
+    });
   }
   reflect(scene, poses, bundle, level, weights, w, seen);
 }

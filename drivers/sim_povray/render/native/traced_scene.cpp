@@ -131,6 +131,15 @@ Colour sky_colour(const EvaluatedScene& scene, const Vec3& direction) {
   return scene.sky ? pigment_colour(*scene.sky, direction) : scene.background;
 }
 
+Meeting meeting_at(const Poses& poses, const Ray& ray, const TracedScene::Group& group, const TracedScene::Item& item,
+                   const Crossing& crossing) {
+  const Texture* const texture = crossing.texture != nullptr ? crossing.texture : item.texture;
+  const Vec3 point = ray.at(crossing.t);
+  if (group.mover == -1) return {crossing.t, &group, texture, point, point, normalized(crossing.normal)};
+  const Transform& pose = poses.of(group.mover);
+  return {crossing.t, &group, texture, point, pose.inverse_point(point), normalized(pose.normal(crossing.normal))};
+}
+
 std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const TracedScene::Group& group,
                                     const TracedScene::Item& item) {
   const Transform& pose = poses.of(group.mover);
@@ -138,13 +147,7 @@ std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const Tr
       group.mover == -1 ? ray : Ray{pose.inverse_point(ray.origin), pose.inverse_direction(ray.direction)};
   Crossing found;
   if (!item.solid.nearest(local, kNearest, kInfinity, found)) return std::nullopt;
-  const Vec3 normal = group.mover == -1 ? found.normal : pose.normal(found.normal);
-  return Meeting{found.t,
-                 &group,
-                 found.texture != nullptr ? found.texture : item.texture,
-                 ray.at(found.t),
-                 local.at(found.t),
-                 normalized(normal)};
+  return meeting_at(poses, ray, group, item, found);
 }
 
 LightSource placed(const LightSource& light, const Poses& poses) {

@@ -95,6 +95,9 @@ bool is_shadowed(const TracedScene& scene, const Poses& poses, const Vec3& point
 
 /// Returns the colour that a ray brings, in linear light. @param level 1 for a ray from the camera
 Colour traced(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind, int level, double weight);
+/// Returns where a ray meets an item of the group. @param crossing of the ray in the group's coordinates
+Meeting meeting_at(const Poses& poses, const Ray& ray, const TracedScene::Group& group, const TracedScene::Item& item,
+                   const Crossing& crossing);
 /// Returns the nearest crossing of a ray with an item of the group.
 std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const TracedScene::Group& group,
                                     const TracedScene::Item& item);
