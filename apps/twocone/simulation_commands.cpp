@@ -13,6 +13,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
+#include "apps/runlog/run_folder.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"
@@ -26,6 +27,7 @@ namespace {
 struct EffectsArguments {
   std::filesystem::path robot;
   bool verify = false;
+  std::filesystem::path verify_renderer;  // folder for the images; empty: not asked for
 };
 
 /// Prints rows of columns, each as wide as its widest cell.
@@ -84,6 +86,31 @@ void check_verification(const std::vector<sim_povray::Verification>& results) {
   }
 }
 
+/// Compares the renderers in each view and writes where they differ.
+void compare_renderers(const sim_povray::PlaceSettings& place, const sim_povray::SessionSettings& session,
+                       const std::vector<sim_povray::ViewSettings>& views, const std::vector<CameraSettings>& sizes,
+                       const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  fmt::print("\nThe first image, without anti-aliasing, by POV-Ray and by the native renderer:\n\n");
+  std::string outcome;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto seen = value_or_fail(sim_povray::compare_renderers(place, session, views[i], sizes[i]));
+    if (!seen.unknown.empty()) {
+      fmt::print("{}: the native renderer does not know {}\n", seen.view, seen.unknown);
+      outcome = seen.view;
+      continue;
+    }
+    const std::filesystem::path file = folder / (seen.view + ".png");
+    runlog::write_image(file, seen.differences);
+    fmt::print("{}: {} of {} pixels differ by more than one level of 255; {} shows them in red\n", seen.view,
+               seen.different, seen.pixels, file.string());
+    if (!seen.is_trusted) outcome = seen.view;
+  }
+  fmt::print("\nWith --renderer auto, {}\n",
+             outcome.empty() ? "the native renderer renders a plain run."
+                             : fmt::format("POV-Ray renders the run, because of view {}.", outcome));
+}
+
 void effects_with(const EffectsArguments& options) {
   const config::Robot robot = config::read_robot(options.robot);
   const config::Map map = config::read_map(robot.map);
@@ -99,12 +126,15 @@ void effects_with(const EffectsArguments& options) {
       value_or_fail(sim_povray::effect_table(place, settings.world->session, views, config::key_places(robot, map))));
   fmt::print("\n{}\n", sim_povray::describe_confinement(place));
   std::fflush(stdout);
+  std::vector<CameraSettings> sizes{settings.lower.settings, settings.upper.settings};
+  for (const drivers::OtherCamera& other : settings.others) sizes.push_back(other.part.settings);
+  if (!options.verify_renderer.empty()) {
+    compare_renderers(place, settings.world->session, views, sizes, options.verify_renderer);
+  }
   if (!options.verify) return;
 
   std::vector<sim_povray::Verification> results;
   ProgressBar bar("verify");
-  std::vector<CameraSettings> sizes{settings.lower.settings, settings.upper.settings};
-  for (const drivers::OtherCamera& other : settings.others) sizes.push_back(other.part.settings);
   for (std::size_t i = 0; i < views.size(); ++i) {
     bar.show(double(results.size()) / double(views.size()));
     const auto verified =
@@ -154,6 +184,11 @@ void add_effects(CLI::App& program) {
   command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
   command->add_flag("--verify", options->verify,
                     "Render the first image with everything on and as chosen; compare pixels and time");
+  command
+      ->add_option("--verify-renderer", options->verify_renderer,
+                   "Render the first image with POV-Ray and with the native renderer; count the pixels that differ "
+                   "and write where they do into this folder")
+      ->type_name("DIR");
   command->callback([options] { effects_with(*options); });
 }
 

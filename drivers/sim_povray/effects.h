@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/session_settings.h"
 #include "hal/camera.h"
+#include "hal/image.h"
 #include "hal/result.h"
 
 /// The table of all effects: what activates each, whether it is on and why, what it costs and how it is switched. Also
@@ -59,5 +61,21 @@ struct Verification {
                                                                const SessionSettings& session,
                                                                const std::vector<ViewSettings>& views,
                                                                const CameraSettings& size);
+
+/// One view's image of the start, rendered by POV-Ray and by the native renderer: without anti-aliasing, and before any
+/// camera stage.
+struct RendererComparison {
+  std::string view;
+  /// What the native renderer does not know: file, line and keyword. Empty: nothing, and the rest is set.
+  std::string unknown{};
+  std::size_t pixels = 0;     ///< compared pixels: those that show the mirror; all if it is not found
+  std::size_t different = 0;  ///< pixels that differ by more than one level of 255 in a channel
+  bool is_trusted = false;    ///< few enough for `auto` to choose the native renderer, as far as this image goes
+  /// POV-Ray's image, darkened, with the pixels that differ in red.
+  Image differences{};
+};
+/// Compares the renderers in one view. Errors: as Simulation::open, and those of Povray::render.
+[[nodiscard]] Result<RendererComparison> compare_renderers(const PlaceSettings& place, const SessionSettings& session,
+                                                           const ViewSettings& view, const CameraSettings& size);
 
 }  // namespace twocone::sim_povray

@@ -256,6 +256,28 @@ TEST(VerifyEffects, RandomNumbersAreNamedAndADifferenceIsNotIntended) {
   EXPECT_FALSE(seen.is_asked_for);
 }
 
+// Catches a comparison that counts other pixels than it marks, or that trusts an image that differs.
+TEST(CompareRenderers, CountsAndMarksThePixelsThatDiffer) {
+  const TemporaryFolder folder;
+  const CameraSettings size{.width_px = 64, .height_px = 48};
+  const auto compared = [&](const PlaceSettings& place) {
+    return value(compare_renderers(place, {.name = "plain"}, {"lower", 1, {}}, size));
+  };
+  EXPECT_TRUE(compared(place_of("plain")).is_trusted);
+  // POV-Ray shows only what is within the bounds.
+  const auto cut = compared(plain_with(folder, "cut.pov",
+                                       "union { box { <-90, 0, 20> <90, 60, 22> } sphere { 0, 1 } pigment { rgb y } "
+                                       "bounded_by { sphere { 0, 2 } } }"));
+  EXPECT_EQ(cut.unknown, "");
+  EXPECT_FALSE(cut.is_trusted);
+  EXPECT_GT(cut.different, 0U);
+  EXPECT_LT(cut.different, cut.pixels);
+  std::size_t red = 0;
+  for (std::size_t i = 0; i < cut.differences.bytes.size(); i += 3) red += cut.differences.bytes[i] == 255 ? 1 : 0;
+  EXPECT_EQ(red, cut.different);
+  EXPECT_THAT(compared(place_of("glass")).unknown, HasSubstr("glass.pov:"));
+}
+
 // Catches a report that the choice is wrong where the scene itself limits the depth: two mirrors face each other.
 TEST(VerifyEffects, ReflectionsBeyondTheScenesDepthAreTriedOut) {
   const TemporaryFolder folder;

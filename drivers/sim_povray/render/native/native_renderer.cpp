@@ -35,17 +35,6 @@ std::string version_of(const fs::path& program) {
                      fs::last_write_time(file, error).time_since_epoch().count());
 }
 
-/// Returns the number of pixels that differ by more than one level.
-std::size_t differing(const Image& a, const Image& b) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i + 2 < a.bytes.size(); i += 3) {
-    bool differs = false;
-    for (std::size_t k = i; k < i + 3; ++k) differs = differs || std::abs(int(a.bytes[k]) - int(b.bytes[k])) > 1;
-    count += differs ? 1 : 0;
-  }
-  return count;
-}
-
 /// Makes an empty file. Without it, the next run only takes a second longer.
 void remember(const fs::path& file) {
   if (file.empty()) return;
@@ -67,6 +56,22 @@ fs::path user_cache() {
     if (folder != nullptr && fs::path(folder).is_absolute()) return fs::path(folder) / below;
   }
   return {};
+}
+
+std::vector<std::size_t> differing_pixels(const Image& a, const Image& b) {
+  std::vector<std::size_t> pixels;
+  for (std::size_t i = 0; i + 2 < a.bytes.size(); i += 3) {
+    bool differs = false;
+    for (std::size_t k = i; k < i + 3; ++k) differs = differs || std::abs(int(a.bytes[k]) - int(b.bytes[k])) > 1;
+    if (differs) pixels.push_back(i / 3);
+  }
+  return pixels;
+}
+
+Image plain_image_of(const NativeView& view, const Poses& poses) {
+  Image image = black(view);
+  for (int band = 0; band < view.bands(); ++band) view.render_plain(poses, band, image);
+  return image;
 }
 
 /// An image in the making: workers take its bands one by one.
@@ -171,15 +176,9 @@ std::string NativeRenderer::difference(const NativeView& view, const ViewTemplat
   const auto expected = reference_->povray.render(
       {"first image, for comparison", std::make_shared<const ViewTemplate>(std::move(compared)), pose, {}}, stop_.fd());
   if (!expected) return expected.error().message;
-  Image image = black(view);
-  for (int band = 0; band < view.bands(); ++band) {
-    if (is_plain) {
-      view.render_plain(*poses, band, image);
-    } else {
-      view.render(*poses, band, image);
-    }
-  }
-  const std::size_t off = differing(image, **expected);
+  Image image = is_plain ? plain_image_of(view, *poses) : black(view);
+  for (int band = 0; band < view.bands() && !is_plain; ++band) view.render(*poses, band, image);
+  const std::size_t off = differing_pixels(image, **expected).size();
   const std::size_t mirror = view.mirror_pixels();
   const std::size_t of = mirror > 0 ? mirror : image.bytes.size() / 3;
   if (double(off) <= (is_plain ? kMostDifferent : kMostDifferentSmoothed) * double(of)) return {};

@@ -35,6 +35,12 @@ struct NativeSettings {
 /// Returns the folder of this program in the user's cache: below XDG_CACHE_HOME, else ~/.cache. Empty: neither is set.
 std::filesystem::path user_cache();
 
+/// Returns the indices of the pixels that differ by more than one level of 255 in a channel.
+/// @param a,b kRgb8, of the same size
+std::vector<std::size_t> differing_pixels(const Image& a, const Image& b);
+/// Renders a view's image without anti-aliasing, in the calling thread.
+Image plain_image_of(const NativeView& view, const Poses& poses);
+
 /// POV-Ray, which the native renderer is compared with and gives way to.
 struct Reference {
   Povray povray;
