@@ -201,8 +201,8 @@ class Loop {
     if (truth_) {
       if (auto written = truth_->write(record_.path(), record, taken.frame); !written) return failed(written.error());
     }
-    record_.add(record, *lower, *upper, others);
     if (is_place(*fix)) steering_.add_fix(record.frame.frame, *fix->position_m);
+    record_.add({std::move(record), lower, upper, std::move(others)});
     return {};
   }
 
@@ -235,6 +235,7 @@ class Loop {
   }
 
   Result<runlog::RunInfo> end(const Status& done) {
+    record_.finish_frames();
     note_renderer();
     runlog::RunInfo& info = record_.info();
     std::vector<std::string> last = record_.take_later();

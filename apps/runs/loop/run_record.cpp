@@ -54,6 +54,7 @@ RunRecord::RunRecord(const config::Robot& robot, const config::Map& map, const R
 }
 
 RunRecord::~RunRecord() {
+  writer_.reset();
   for (const std::string& line : base::close_log()) {
     if (options_.notify) options_.notify(line);
   }
@@ -61,6 +62,9 @@ RunRecord::~RunRecord() {
 
 void RunRecord::open() {
   folder_.emplace(options_.out, options_.old);
+  writer_.emplace([this](const FinishedFrame& frame) {
+    folder_->add(frame.record, *frame.lower, *frame.upper, frame.others);
+  });
   base::Logger("run").info(fmt::format("{} frames, behaviour {}", options_.frames, options_.behaviour));
   write_yaml();
 }
@@ -92,11 +96,11 @@ void RunRecord::note_devices(Robot& robot) {
   write_yaml();
 }
 
-void RunRecord::add(const runlog::FrameRecord& record, const Image& lower, const Image& upper,
-                    const std::vector<runlog::OtherImage>& others) {
-  folder_->add(record, lower, upper, others);
-  ++frames_;
-  if (frames_ == 1) base::open_log(path() / "run.log");  // before its first frame, the folder may still be removed
+void RunRecord::add(FinishedFrame frame) {
+  writer_->add(std::move(frame));
+  if (++frames_ > 1) return;
+  writer_->finish();  // before its first frame, the folder may still be removed
+  base::open_log(path() / "run.log");
 }
 
 void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {
