@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares the truth that POV-Ray renders with the colours in the image, and with rays that the test computes.
-#include "drivers/sim_povray/reflected_truth.h"
+#include "tests/sim_povray/reflected_truth.h"
 
 #include <algorithm>
 #include <cmath>

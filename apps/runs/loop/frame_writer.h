@@ -21,6 +21,7 @@ struct FinishedFrame {
   runlog::FrameRecord record;
   std::shared_ptr<const Image> lower, upper;
   std::vector<runlog::OtherImage> others{};
+  std::vector<runlog::CameraTruth> truth{};  ///< run --truth
 };
 
 /// Stores frames in the order in which they are added, in a thread of its own, so that the loop does not wait while

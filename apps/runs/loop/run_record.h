@@ -12,8 +12,6 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runs/loop/frame_writer.h"
 #include "apps/runs/run.h"
-#include "drivers/backends.h"
-#include "drivers/sim_povray/place.h"
 #include "hal/robot.h"
 
 namespace twocone::runs {
@@ -22,7 +20,8 @@ namespace twocone::runs {
 class RunRecord {
  public:
   RunRecord(const config::Robot& robot, const config::Map& map, const RunOptions& options);
-  /// Stores what was added, and closes run.log. If it does not exist, because there was no frame, reports the logged lines to RunOptions::notify.
+  /// Stores what was added, and closes run.log. If it does not exist, because there was no frame, reports the logged
+  /// lines to RunOptions::notify.
   ~RunRecord();
 
   /// Creates and locks the folder (a resumed run's is only locked) and writes run.yaml. @throws runlog::DiskError
@@ -66,27 +65,6 @@ class RunRecord {
   int replayed_ = 0;
   std::mutex mutex_;  // of later_
   std::vector<std::string> later_;
-};
-
-/// Writes the true content of each mirror pixel (run --truth) as CSV beside the images.
-class TruthWriter {
- public:
-  /// Errors: kRefused (no simulated world inside this program), and those of sim_povray::claimed_object
-  static Result<TruthWriter> open(const config::Robot& robot, const config::Map& map,
-                                  const drivers::RobotSettings& settings);
-
-  /// Errors: those of sim_povray::reflected_truth. @throws runlog::DiskError
-  [[nodiscard]] Status write(const std::filesystem::path& run, const runlog::FrameRecord& record,
-                             const StereoFrame& frame) const;
-
- private:
-  TruthWriter() = default;
-
-  const config::Robot* robot_ = nullptr;
-  sim_povray::PlaceSettings place_;
-  std::string object_;
-  std::string ending_;  ///< of its cameras' names
-  std::vector<Landmark> landmarks_;
 };
 
 }  // namespace twocone::runs
