@@ -73,12 +73,12 @@ TEST(TruthFiles, ObjectsOfLandmarksHaveTheirNames) {
   using sim_povray::TrueBox;
   write_true_objects(folder.path(),
                      {{1, "plane", "", "x.pov", 5, {}},
-                      {2, "cylinder", "pillar", "x.pov", 6, TrueBox{{1.85, -1.15, 0}, {2.15, -0.85, 0.9}}},
+                      {2, "cylinder", "post", "x.pov", 6, TrueBox{{1.85, -1.15, 0}, {2.15, -0.85, 0.9}}},
                       {3, "cylinder", "", "x.pov", 7, TrueBox{{-2.2, 0.8, 0}, {-1.8, 1.2, 0.02}}},
                       {5, "torus", "", "x.pov", 8, TrueBox{{-2.15, 0.85, 0.7}, {-1.85, 1.15, 0.9005}}}},
                      landmarks);
   EXPECT_EQ(config::read_text(folder.path() / "truth" / "objects.csv"),
-            "number,kind,name,landmark,file,line\n1,plane,,,x.pov,5\n2,cylinder,pillar,\"a, b\",x.pov,6\n"
+            "number,kind,name,landmark,file,line\n1,plane,,,x.pov,5\n2,cylinder,post,\"a, b\",x.pov,6\n"
             "3,cylinder,,,x.pov,7\n5,torus,,red,x.pov,8\n");
 }
 

@@ -42,7 +42,7 @@ plane { y, 0 pigment { color rgb <1, 0, 0> } }
 sphere { <12, 5, 7>, 3 pigment { color rgb <0, 1, 0> } }
 box { <-17, 0.5, -9>, <-11, 6, -3> pigment { color rgb <0, 0, 1> } }
 cylinder { <9, 0, -15>, <9, 12, -15>, 2
-  //*PMName pillar
+  //*PMName post
   pigment { color rgb <1, 1, 0> } }
 union {
   //*PMName things
@@ -198,8 +198,8 @@ INSTANTIATE_TEST_SUITE_P(Views, PixelTruthTest,
                                          TruthCase{"SomethingBeforeTheMirror", "reflection 1", true, 1}),
                          [](const auto& test) { return test.param.name; });
 
-// Catches a distance from the camera or along both legs, a normal in the robot's frame or on the far side, and numbers
-// of another order than the text's.
+// Catches a distance from the camera or along the whole path, a normal in the robot's frame or on the far side, and
+// numbers of another order than the text's.
 TEST_P(PixelTruthTest, AgreesWithClosedForms) {
   const TruthCase& c = GetParam();
   const Vector3d blocker = Motion{}.moved(kBlocker);
