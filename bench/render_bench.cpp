@@ -183,7 +183,8 @@ double record(const Stereo& stereo, Renderer& renderer, const std::vector<View>&
       const auto [path, image] = std::move(finished.front());
       finished.pop_front();
       lock.unlock();
-      cv::imwrite(path.string(), bgr(*image), {cv::IMWRITE_PNG_COMPRESSION, 1});  // as apps/runs does
+      cv::imwrite(path.string(), bgr(*image),
+                  {cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_DEFAULT});  // as apps/runlog does
     }
   });
   const auto begin = Clock::now();

@@ -18,6 +18,7 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/storage/results_exchange.h"
+#include "drivers/sim_povray/pixel_truth.h"
 #include "hal/image.h"
 
 namespace twocone::runlog {
@@ -29,6 +30,12 @@ struct FrameRecord {
   std::optional<PoseRow> truth;
   PoseRow odometry;
   AnswerRows answer;
+};
+
+/// What the pixels of a camera's image show (run --truth).
+struct CameraTruth {
+  std::string camera;  ///< `lower`, `upper`, or its name in the robot file
+  sim_povray::PixelTruth pixels;
 };
 
 /// The image of a camera outside the pair. It is written as NAME/NNNNNN.png beside lower/ and upper/.
@@ -66,7 +73,7 @@ class RunFolder {
 
   /// @throws DiskError
   void add(const FrameRecord& record, const Image& lower, const Image& upper,
-           const std::vector<OtherImage>& others = {});
+           const std::vector<OtherImage>& others = {}, const std::vector<CameraTruth>& truth = {});
 
  private:
   void store(const std::filesystem::path& file, const Image& image) const;
@@ -105,7 +112,8 @@ void write_image(const std::filesystem::path& file, const Image& image);
 class StoredImages {
  public:
   /// Reads the list of frames from frames.csv. @throws config::FileError
-  explicit StoredImages(std::filesystem::path folder);
+  /// @param with_truth an image without the files of its truth counts as missing
+  explicit StoredImages(std::filesystem::path folder, bool with_truth = false);
 
   [[nodiscard]] int frames() const { return frames_; }
   /// Returns FrameRow::host_t_s of the last frame; 0: none.
@@ -116,6 +124,7 @@ class StoredImages {
 
  private:
   std::filesystem::path folder_;
+  bool with_truth_;
   std::map<std::pair<std::string, std::uint64_t>, std::uint64_t> frame_of_;
   int frames_ = 0;
   double last_host_t_s_ = 0;

@@ -13,11 +13,13 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/locked_folder.h"
+#include "apps/runlog/tables/truth_files.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
 #include "apps/runs/loop/run_record.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
+#include "apps/runs/loop/truth_collector.h"
 #include "base/errors.h"
 #include "base/log.h"
 #include "drivers/sim_povray/effects.h"
@@ -57,13 +59,13 @@ class Loop {
   Result<runlog::RunInfo> go() {
     if (options_.replace) runlog::check_replaceable(options_.out);  // before the robot starts
     drivers::RobotSettings settings = config::to_robot_settings(robot_, map_, options_.seed);
+    if (options_.truth && (!settings.world || !settings.world->attach.empty())) {
+      return Error(ErrorCode::kRefused,
+                   "{}: --truth needs a simulated world inside this program: only that knows where everything is",
+                   robot_.file.string());
+    }
     if (settings.world) {
       if (auto prepared = prepare_world(settings); !prepared) return prepared.error();
-    }
-    if (options_.truth) {
-      auto truth = TruthWriter::open(robot_, map_, settings);
-      if (!truth) return truth.error();
-      truth_ = *std::move(truth);
     }
     auto opened = open(settings);
     if (!opened) return opened.error();
@@ -90,7 +92,7 @@ class Loop {
     if (map_.scene && !is_served) record_.info().scene_files = runlog::scene_files(map_);
     if (options_.old == runlog::OldLines::kKeep) {
       // The world is driven again from its start, and the cameras return the stored images.
-      const runlog::StoredImages stored(options_.out);
+      const runlog::StoredImages stored(options_.out, options_.truth);
       record_.set_replayed(stored.frames());
       clock_before_s_ = stored.last_host_t_s();
       world.session.stored = stored;
@@ -107,6 +109,15 @@ class Loop {
     const std::string start_place = start != places.end() ? start->second : robot_.file.string();
     world.session.body.start_place = start_place;
     if (options_.renderer) world.place.render.renderer = *options_.renderer;
+    if (world.place.render.renderer == sim_povray::RendererKind::kPovray && options_.truth) {
+      return Error{ErrorCode::kRefused,
+                   "--truth needs the native renderer, and the map or --renderer says that POV-Ray renders"};
+    }
+    if (options_.truth) {
+      world.session.truth = [this](const std::string& camera, std::uint64_t step, sim_povray::PixelTruth truth) {
+        truth_.put(camera, step, std::move(truth));
+      };
+    }
     world.place.render.chosen = [this](sim_povray::RendererKind kind, bool is_checked) {
       const std::lock_guard lock(renderer_mutex_);
       renderer_ = fmt::format("{}{}", to_string(kind), is_checked ? "" : " unchecked");
@@ -198,12 +209,28 @@ class Loop {
     }
     const auto fix = answers_.answer(*lower, *upper, record);
     if (!fix) return failed(fix.error());
-    if (truth_) {
-      if (auto written = truth_->write(record_.path(), record, taken.frame); !written) return failed(written.error());
-    }
-    record_.add(record, *lower, *upper, others);
+    FinishedFrame finished{{}, lower, upper, std::move(others), {}};
+    if (options_.truth) finished.truth = truth_of(taken);
     if (is_place(*fix)) steering_.add_fix(record.frame.frame, *fix->position_m);
+    finished.record = std::move(record);
+    record_.add(std::move(finished));
     return {};
+  }
+
+  /// Returns what the frame's images show, except for those that a resumed run has stored.
+  std::vector<runlog::CameraTruth> truth_of(const TakenFrame& taken) {
+    std::vector<runlog::CameraTruth> result;
+    const auto add = [&](const std::string& camera, const Frame& frame) {
+      auto truth = truth_.take(camera, frame.header().sequence);
+      if (truth) result.push_back({camera, *std::move(truth)});
+    };
+    add("lower", taken.frame.lower);
+    add("upper", taken.frame.upper);
+    for (const NamedFrame& other : taken.others) add(other.name, other.frame);
+    if (!result.empty() && !std::exchange(has_true_objects_, true)) {
+      runlog::write_true_objects(record_.path(), *result.front().pixels.objects, map_.landmarks);
+    }
+    return result;
   }
 
   /// Checks the start and the mirrors' rims in the first images.
@@ -235,6 +262,7 @@ class Loop {
   }
 
   Result<runlog::RunInfo> end(const Status& done) {
+    record_.finish_frames();
     note_renderer();
     runlog::RunInfo& info = record_.info();
     std::vector<std::string> last = record_.take_later();
@@ -273,7 +301,8 @@ class Loop {
   Steering steering_;
   FrameAnswers answers_;
   std::optional<StartCheck> start_check_;
-  std::optional<TruthWriter> truth_;
+  TruthCollector truth_;
+  bool has_true_objects_ = false;
   std::optional<FrameTaker> taker_;
   std::deque<TakenFrame> pending_;
   double clock_before_s_ = 0;  ///< host_t_s of the last stored frame of a resumed run

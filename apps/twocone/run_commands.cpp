@@ -221,7 +221,7 @@ void add_run(CLI::App& program) {
               number_within(0, 86'400));
   add_renderer(command, options->run.renderer);
   command->add_flag("--truth", options->run.truth,
-                    "Also write the true content of each mirror pixel (simulation; 6 renderings per frame)");
+                    "Also store what each pixel shows: object, distance and normal (simulation, native renderer)");
   command->add_flag("--force", options->run.replace, "Replace the run that is in --out");
   for (CLI::Option* const other : command->get_options()) {
     if (other != resume && other->get_name() != "--help") resume->excludes(other);

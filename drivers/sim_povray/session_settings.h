@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/plane.h"
+#include "drivers/sim_povray/pixel_truth.h"
 #include "hal/diff_drive.h"
 #include "hal/image.h"
 
@@ -77,6 +78,12 @@ struct SessionSettings {
   /// Returns the finished image that a camera (by ViewSettings::camera_name) took at a step of an equal world before.
   /// The camera then returns this image and renders none. Null: there is no such image. Called by grab().
   std::function<std::shared_ptr<const Image>(const std::string& camera, std::uint64_t step)> stored{};
+  /// Called from any thread with what the pixels of each rendered image show, before its frame is ready. The function
+  /// must neither block nor throw. It is that of the rendered light: camera effects do not change it, and of the
+  /// shutter samples the middle one counts (number n / 2 of n, from 0). A world that POV-Ray renders then refuses the
+  /// robot or its first image (kRefused), and one that another program serves never calls the function. Empty: costs
+  /// nothing.
+  std::function<void(const std::string& camera, std::uint64_t step, PixelTruth)> truth{};
 };
 
 /// Length of the history of poses that a world stores, in addition to its last step.

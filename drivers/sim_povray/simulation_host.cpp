@@ -205,6 +205,7 @@ class LocalHost final : public SimulationHost, public std::enable_shared_from_th
     view_template.height_px = size.height_px;
     view_template.antialias = antialias;
     view_template.quality = choice_.quality;
+    view_template.unit_m = place_.unit_m;
     view_template.one_shot = choice_.one_shot;
     if (mirror) view_template.window = mirror->window;
     return std::make_shared<const ViewTemplate>(std::move(view_template));
@@ -311,7 +312,8 @@ class LocalSession final : public RobotSession {
                      settings_.body.seed,
                      view.settings.camera_name,
                      state_.step,
-                     settings_.rendered};
+                     settings_.rendered,
+                     settings_.truth};
     {
       const std::lock_guard lock(host_->mutex_);
       for (const auto before : shutter_samples_before(view.settings.effects)) {
@@ -365,6 +367,10 @@ class LocalSession final : public RobotSession {
 
 Result<std::unique_ptr<RobotSession>> LocalHost::join(const SessionSettings& settings) {
   check(settings);
+  if (settings.truth && place_.render.renderer == RendererKind::kPovray) {
+    return Error{ErrorCode::kRefused,
+                 "only the native renderer knows what each pixel shows, and this world's renderer is povray"};
+  }
   auto robot = choice_.scene.robot(settings.name);
   if (!robot) return robot.error();
   if (!settings.map_outline.empty()) {

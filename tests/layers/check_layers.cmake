@@ -11,7 +11,7 @@ set(areas base hal vision localisation drivers/backends drivers/DRIVER
           apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate
           apps/compare apps/doctor apps/import apps/tradeoff apps/interface apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
-                drivers/sim_povray/effects.h drivers/sim_povray/place.h drivers/sim_povray/reflected_truth.h
+                drivers/sim_povray/effects.h drivers/sim_povray/pixel_truth.h drivers/sim_povray/place.h
                 drivers/sim_povray/scene_views.h drivers/sim_povray/session_settings.h
                 drivers/sim_povray/simulation.h drivers/sim_povray/simulation_host.h)
 # Folders and headers that every application may include.

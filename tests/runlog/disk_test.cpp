@@ -122,15 +122,6 @@ TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
   EXPECT_EQ(read_table<SightingRow>(run.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
 }
 
-TEST(Disk, TheTruthIsATableBesideItsImage) {
-  const TemporaryFolder folder;
-  const RunFolder run(folder.path() / "run");
-  const auto file = truth_file(run.path(), "upper", 7);
-  write_truth(file, {{3, 0, 1, 2.123456, 0.9}, {4, 0, 0, 1.5, 0.123451}}, {{.name = "red"}, {.name = "a, b"}});
-  EXPECT_EQ(folder.read("run/upper/000007.truth.csv"),
-            "column_px,row_px,landmark,distance_m,height_m\n3,0,\"a, b\",2.12346,0.90000\n4,0,red,1.50000,0.12345\n");
-}
-
 TEST(Disk, ImagesComeBackAsTheyWere) {
   const TemporaryFolder folder;
   Image image{5, 3, PixelFormat::kRgb8, {}};

@@ -222,18 +222,4 @@ std::vector<PoseRow> read_poses(const std::filesystem::path& file) {
   return rows;
 }
 
-std::filesystem::path truth_file(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame) {
-  return run / camera / fmt::format("{:06}.truth.csv", frame);
-}
-
-void write_truth(const std::filesystem::path& file, const std::vector<sim_povray::TruePixel>& pixels,
-                 const std::vector<Landmark>& landmarks) {
-  std::string text = "column_px,row_px,landmark,distance_m,height_m\n";
-  for (const sim_povray::TruePixel& pixel : pixels) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{:.5f},{:.5f}\n", pixel.column_px, pixel.row_px,
-                   to_field(landmarks.at(pixel.landmark).name), pixel.distance_m, pixel.height_m);
-  }
-  write_whole(file, text);
-}
-
 }  // namespace twocone::runlog

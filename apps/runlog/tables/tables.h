@@ -17,7 +17,6 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
-#include "drivers/sim_povray/reflected_truth.h"
 
 /// Writes and reads a run folder's tables as text (docs/file-formats.md). Numbers have enough digits to read back the
 /// same double. A field that does not apply is empty.
@@ -110,15 +109,5 @@ std::string to_line(const Row& row) {
 std::string to_line(const TrackRow& row);
 /// Returns a line in TUM format: t tx ty tz qx qy qz qw. The heading is rounded to 1e-9 rad.
 std::string to_line(const PoseRow& row);
-
-/// Returns the path beside the image: lower/NNNNNN.truth.csv. @param camera `lower`, `upper`
-std::filesystem::path truth_file(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame);
-
-/// Writes the true content of a mirror, with a row for each pixel that sees a landmark:
-/// column_px,row_px,landmark,distance_m,height_m. Lengths are rounded to 10 micrometres, a tenth of their accuracy.
-/// @param landmarks the landmarks to which the pixels refer
-/// @throws DiskError
-void write_truth(const std::filesystem::path& file, const std::vector<sim_povray::TruePixel>& pixels,
-                 const std::vector<Landmark>& landmarks);
 
 }  // namespace twocone::runlog

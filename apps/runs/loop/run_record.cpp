@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/run_record.h"
 
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "apps/config/to_layers.h"
 #include "apps/runlog/run_data.h"
-#include "apps/runlog/tables/tables.h"
 #include "apps/runlog/version.h"
 #include "base/log.h"
-#include "drivers/sim_povray/reflected_truth.h"
 
 namespace twocone::runs {
 namespace {
@@ -54,6 +50,7 @@ RunRecord::RunRecord(const config::Robot& robot, const config::Map& map, const R
 }
 
 RunRecord::~RunRecord() {
+  writer_.reset();
   for (const std::string& line : base::close_log()) {
     if (options_.notify) options_.notify(line);
   }
@@ -61,6 +58,9 @@ RunRecord::~RunRecord() {
 
 void RunRecord::open() {
   folder_.emplace(options_.out, options_.old);
+  writer_.emplace([this](const FinishedFrame& frame) {
+    folder_->add(frame.record, *frame.lower, *frame.upper, frame.others, frame.truth);
+  });
   base::Logger("run").info(fmt::format("{} frames, behaviour {}", options_.frames, options_.behaviour));
   write_yaml();
 }
@@ -92,11 +92,11 @@ void RunRecord::note_devices(Robot& robot) {
   write_yaml();
 }
 
-void RunRecord::add(const runlog::FrameRecord& record, const Image& lower, const Image& upper,
-                    const std::vector<runlog::OtherImage>& others) {
-  folder_->add(record, lower, upper, others);
-  ++frames_;
-  if (frames_ == 1) base::open_log(path() / "run.log");  // before its first frame, the folder may still be removed
+void RunRecord::add(FinishedFrame frame) {
+  writer_->add(std::move(frame));
+  if (++frames_ > 1) return;
+  writer_->finish();  // before its first frame, the folder may still be removed
+  base::open_log(path() / "run.log");
 }
 
 void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {
@@ -107,38 +107,6 @@ void RunRecord::finish(const std::vector<runlog::AnswerRows>& baseline) {
   }
   runlog::file_results(folder_->path(), info_.method, &info_);
   write_yaml();
-}
-
-Result<TruthWriter> TruthWriter::open(const config::Robot& robot, const config::Map& map,
-                                      const drivers::RobotSettings& settings) {
-  if (!settings.world || !settings.world->attach.empty()) {
-    return Error(ErrorCode::kRefused,
-                 "{}: --truth needs a simulated world inside this program: only that knows where everything is",
-                 robot.file.string());
-  }
-  auto object = sim_povray::claimed_object(settings.world->place, settings.world->session.name);
-  if (!object) return object.error();
-  TruthWriter writer;
-  writer.robot_ = &robot;
-  writer.place_ = settings.world->place;
-  writer.object_ = *object;
-  writer.ending_ = object->substr(std::string_view("robot").size());
-  writer.landmarks_ = map.landmarks;
-  return writer;
-}
-
-Status TruthWriter::write(const std::filesystem::path& run, const runlog::FrameRecord& record,
-                          const StereoFrame& frame) const {
-  const runlog::PoseRow& now = *record.truth;
-  const sim_povray::MovedBlock robot{object_, config::to_start_pose(*robot_), {now.x_m, now.y_m, now.heading_rad}};
-  const auto others = sim_povray::moved_blocks(place_, frame.lower.header().captured.since_zero);
-  for (const auto& [view, camera] : {std::pair{"lower", &robot_->lower}, {"upper", &robot_->upper}}) {
-    const auto pixels = sim_povray::reflected_truth(
-        place_, robot, {view + ending_, camera->settings.width_px, camera->settings.height_px}, landmarks_, others);
-    if (!pixels) return pixels.error();
-    runlog::write_truth(runlog::truth_file(run, view, record.frame.frame), *pixels, landmarks_);
-  }
-  return {};
 }
 
 }  // namespace twocone::runs

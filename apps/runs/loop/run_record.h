@@ -10,9 +10,8 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_folder.h"
+#include "apps/runs/loop/frame_writer.h"
 #include "apps/runs/run.h"
-#include "drivers/backends.h"
-#include "drivers/sim_povray/place.h"
 #include "hal/robot.h"
 
 namespace twocone::runs {
@@ -21,7 +20,8 @@ namespace twocone::runs {
 class RunRecord {
  public:
   RunRecord(const config::Robot& robot, const config::Map& map, const RunOptions& options);
-  /// Closes run.log. If it does not exist, because there was no frame, reports the logged lines to RunOptions::notify.
+  /// Stores what was added, and closes run.log. If it does not exist, because there was no frame, reports the logged
+  /// lines to RunOptions::notify.
   ~RunRecord();
 
   /// Creates and locks the folder (a resumed run's is only locked) and writes run.yaml. @throws runlog::DiskError
@@ -41,10 +41,11 @@ class RunRecord {
   /// Returns and removes the stored events.
   std::vector<std::string> take_later();
 
-  /// @throws runlog::DiskError
-  void add(const runlog::FrameRecord& record, const Image& lower, const Image& upper,
-           const std::vector<runlog::OtherImage>& others);
-  /// Returns the number of frames that are completely written.
+  /// Hands a frame over to be stored. @throws runlog::DiskError, also for an earlier frame
+  void add(FinishedFrame frame);
+  /// Waits until all frames are stored. @throws runlog::DiskError
+  void finish_frames() { writer_->finish(); }
+  /// Returns the number of frames that were added. After finish_frames(), all of them are stored.
   [[nodiscard]] int frames() const { return frames_; }
   /// Sets the number of frames that a resumed run had stored before.
   void set_replayed(int frames) { replayed_ = frames; }
@@ -59,31 +60,11 @@ class RunRecord {
   const RunOptions& options_;
   runlog::RunInfo info_;
   std::optional<runlog::RunFolder> folder_;
+  std::optional<FrameWriter> writer_;
   int frames_ = 0;
   int replayed_ = 0;
   std::mutex mutex_;  // of later_
   std::vector<std::string> later_;
-};
-
-/// Writes the true content of each mirror pixel (run --truth) as CSV beside the images.
-class TruthWriter {
- public:
-  /// Errors: kRefused (no simulated world inside this program), and those of sim_povray::claimed_object
-  static Result<TruthWriter> open(const config::Robot& robot, const config::Map& map,
-                                  const drivers::RobotSettings& settings);
-
-  /// Errors: those of sim_povray::reflected_truth. @throws runlog::DiskError
-  [[nodiscard]] Status write(const std::filesystem::path& run, const runlog::FrameRecord& record,
-                             const StereoFrame& frame) const;
-
- private:
-  TruthWriter() = default;
-
-  const config::Robot* robot_ = nullptr;
-  sim_povray::PlaceSettings place_;
-  std::string object_;
-  std::string ending_;  ///< of its cameras' names
-  std::vector<Landmark> landmarks_;
 };
 
 }  // namespace twocone::runs

@@ -36,6 +36,8 @@ class ImageAssembly {
     order_.rendered({order_.camera, order_.step, use.cpu, use.peak_bytes});
   }
 
+  void report(PixelTruth truth) const { order_.truth(order_.camera, order_.step, std::move(truth)); }
+
   void fail(const Error& error) { promise_.set_value(error); }
 
  private:
@@ -92,6 +94,9 @@ std::shared_future<ImageResult> take_image(Renderer& renderer, FutureViewTemplat
     for (std::size_t i = 0; i < wanted.poses.size(); ++i) {
       RenderJob job{wanted.label, *ready, wanted.poses[i]};
       if (wanted.rendered) job.used = [assembly](const base::ProcessUse& use) { assembly->report(use); };
+      if (wanted.truth && i == wanted.poses.size() / 2) {
+        job.truth = [assembly](PixelTruth truth) { assembly->report(std::move(truth)); };
+      }
       renderer.submit(std::move(job), [assembly, i](ImageResult sample) { assembly->take(i, std::move(sample)); });
     }
   });

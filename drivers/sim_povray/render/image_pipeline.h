@@ -50,6 +50,7 @@ struct ImageOrder {
   std::string camera;
   std::uint64_t step = 0;
   std::function<void(const RenderedImage&)> rendered{};  ///< SessionSettings::rendered
+  std::function<void(const std::string& camera, std::uint64_t step, PixelTruth)> truth{};  ///< SessionSettings::truth
 };
 
 /// Renders the shutter samples and makes the image from them. Does not wait. `renderer` must outlive the rendering. Its

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/child_process.h"
+#include "drivers/sim_povray/pixel_truth.h"
 #include "hal/image.h"
 
 namespace twocone::sim_povray {
@@ -33,6 +34,7 @@ struct ViewTemplate {
   int height_px = 0;
   int antialias = 1;               ///< rays per pixel side
   int quality = 9;                 ///< POV-Ray's +Q
+  double unit_m = 1;               ///< metres in one POV-Ray unit; of RenderJob::truth
   std::optional<Window> window{};  ///< part of the image that is rendered; the rest is black
   /// Why a process cannot be held between images (RenderChoice::one_shot). Empty: it can.
   std::string one_shot{};
@@ -48,6 +50,9 @@ struct RenderJob {
   /// Called once for an image that succeeds, before it is handed over, by the same thread; not called if the system
   /// does not report the use. The function must neither block nor throw. Empty: no call.
   std::function<void(const base::ProcessUse&)> used{};
+  /// Called likewise with what the image's pixels show. Empty: that is not wanted, and costs nothing. Only the native
+  /// renderer knows it; see NativeRenderer.
+  TruthReceiver truth{};
 };
 
 /// Renders images in the background. May be used from any thread.

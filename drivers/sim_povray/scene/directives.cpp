@@ -58,6 +58,7 @@ Token Evaluation::next() {
     const Token token = raw();
     switch (token.kind) {
       case Kind::kName:
+        name_ = token.text;
         continue;
       case Kind::kDirective:
         directive(token);

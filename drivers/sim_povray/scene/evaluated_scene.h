@@ -152,8 +152,10 @@ struct Object {
   bool no_shadow = false;
   bool no_image = false;
   bool no_reflection = false;
-  int mover = -1;      ///< index of the pose that moves it (PoseSlots); -1: it stands still
-  std::string name{};  ///< of a named block; empty: none
+  int mover = -1;                             ///< index of the pose that moves it (PoseSlots); -1: it stands still
+  std::string name{};                         ///< of a named block; empty: none
+  std::shared_ptr<const std::string> file{};  ///< where its statement begins
+  int line = 0;
 };
 
 struct LightSource {

@@ -43,6 +43,7 @@ using ColourMap = std::vector<PigmentEntry>;
 struct SourceFile {
   std::string path;
   std::string text;
+  std::shared_ptr<const std::string> shared_path = std::make_shared<const std::string>(path);
 };
 
 struct Macro {
@@ -200,6 +201,8 @@ class Evaluation {
 
   // ---- objects
   std::optional<Object> read_object(const Token& token);
+  /// Reads the brace that opens a block. @returns the block's name; empty: none
+  std::string open_block();
   Shape read_shape(const std::string& word);
   std::vector<Contour> read_contours(int count);
   Csg read_csg(Combination combination);
@@ -223,7 +226,8 @@ class Evaluation {
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
-  int line_ = 1;  // of the last token read
+  int line_ = 1;           // of the last token read
+  std::string_view name_;  // the last name comment read
   double version_ = 3.7;
   bool has_version_ = false;
   bool has_assumed_gamma_ = false;

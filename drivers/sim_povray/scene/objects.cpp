@@ -139,12 +139,22 @@ void Evaluation::place(Object& object, const Placing& placing) {
   if (placing.mover) object.mover = *placing.mover;
 }
 
+std::string Evaluation::open_block() {
+  expect('{');
+  name_ = {};
+  (void)peek();
+  return std::string(name_);
+}
+
 std::optional<Object> Evaluation::read_object(const Token& token) {
   const Level level(*this);
   const std::string word(token.text);
+  const auto file = inputs_.back().file->shared_path;
+  const int line = token.place.line;
+  std::string name;
   Object object;
   if (word == "object") {
-    expect('{');
+    name = open_block();
     const Token inner = next();
     if (const auto* known = find_as<Object>(inner.text)) {
       object = *known;
@@ -155,11 +165,11 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
       unsupported(inner, "is not an object that is supported");
     }
   } else if (const auto combination = kCombinations.find(word); combination != kCombinations.end()) {
-    expect('{');
+    name = open_block();
     object.shape = read_csg(combination->second);
   } else if (word == "box" || word == "sphere" || word == "cylinder" || word == "cone" || word == "disc" ||
              word == "plane" || word == "torus" || word == "prism" || word == "quadric" || word == "polygon") {
-    expect('{');
+    name = open_block();
     // `box { Name ... }` is a declared object, as `object { Name ... }`.
     if (const auto* known = find_as<Object>(peek().text)) {
       object = *known;
@@ -171,6 +181,9 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
     return std::nullopt;
   }
   read_object_parts(object);
+  object.file = file;
+  object.line = line;
+  if (!name.empty()) object.name = name;
   return object;
 }
 

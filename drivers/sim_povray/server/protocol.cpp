@@ -35,8 +35,8 @@ auto fields(DriveLimits& limits) {
   return std::tie(max_speed_radps, command_timeout);
 }
 auto fields(SessionSettings& settings) {
-  auto& [name, body, drive, map_outline, run_ahead_frames, rendered, stored] = settings;
-  (void)rendered, (void)stored;  // functions of the client, which are not sent
+  auto& [name, body, drive, map_outline, run_ahead_frames, rendered, stored, truth] = settings;
+  (void)rendered, (void)stored, (void)truth;  // functions of the client, which are not sent
   return std::tie(name, body, drive, map_outline, run_ahead_frames);
 }
 auto fields(CameraEffects& effects) {

@@ -80,6 +80,7 @@ struct NativeRenderer::Task {
   std::shared_ptr<const NativeView> view;
   Poses poses;
   Image image;
+  std::optional<PixelTruth> truth;
   int next_band = 0;  // under mutex_, as is the next
   int open_bands = 0;
   std::atomic<std::chrono::nanoseconds::rep> cpu{0};
@@ -207,6 +208,10 @@ void NativeRenderer::start(Order order) {
     why = obstacle_;
   }
   if (!task->view) {
+    if (order.job.truth) {
+      return order.done(Error(ErrorCode::kRefused, "{}: only the native renderer knows what its pixels show, but {}",
+                              order.job.label, reference_ ? "POV-Ray renders, because " + why : why));
+    }
     if (reference_) return reference_->renderer->submit(std::move(order.job), std::move(order.done));
     return order.done(Error(ErrorCode::kRefused, "{}: {}", order.job.label, why));
   }
@@ -214,6 +219,11 @@ void NativeRenderer::start(Order order) {
   if (!poses) return order.done(Error(ErrorCode::kBadData, "{}: its pose cannot be read", order.job.label));
   task->poses = *std::move(poses);
   task->image = black(*task->view);
+  if (order.job.truth) {
+    auto truth = task->view->empty_truth();
+    if (!truth) return order.done(with_name(order.job.label, truth.error()));
+    task->truth = *std::move(truth);
+  }
   task->order = std::move(order);
   task->open_bands = task->view->bands();
   {
@@ -243,12 +253,13 @@ void NativeRenderer::work() {
     if (task->next_band == task->view->bands()) tasks_.pop_front();
     lock.unlock();
     const auto begin = thread_time();
-    task->view->render(task->poses, band, task->image);
+    task->view->render(task->poses, band, task->image, task->truth ? &*task->truth : nullptr);
     task->cpu += (thread_time() - begin).count();
     lock.lock();
     if (--task->open_bands > 0) continue;
     lock.unlock();
     const RenderJob& job = task->order.job;
+    if (task->truth) job.truth(*std::move(task->truth));
     if (job.used) job.used({std::chrono::nanoseconds(task->cpu.load()), 0});
     task->order.done(std::make_shared<const Image>(std::move(task->image)));
     lock.lock();

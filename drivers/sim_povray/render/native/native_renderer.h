@@ -51,7 +51,8 @@ struct Reference {
 ///
 /// The first image of each view is rendered by both, without anti-aliasing and with it if it is ordered. If more than
 /// kMostDifferent (kMostDifferentSmoothed) of the mirror's pixels differ by more than one level of 255, or if the scene
-/// uses what the tracer does not know, POV-Ray renders all images from then on. There is no thread before the first
+/// uses what the tracer does not know, POV-Ray renders all images from then on; a job that wants the truth then fails
+/// with kRefused and the reason. There is no thread before the first
 /// view is prepared.
 class NativeRenderer final : public Renderer {
  public:

@@ -6,6 +6,7 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "drivers/sim_povray/render/native/pigment_colour.h"
@@ -36,6 +37,9 @@ Bounds3 moved(const Bounds3& box, const Transform& by, bool backwards) {
 }
 
 double greatest(const Colour& colour) { return std::max({colour.x, colour.y, colour.z}); }
+
+/// Returns a normal on the side that a ray comes from.
+Vec3 against(const Vec3& normal, const Vec3& direction) { return dot(normal, direction) > 0 ? -normal : normal; }
 
 /// Returns a colour as smoothing weighs it.
 Colour weighed(const Colour& colour) {
@@ -102,7 +106,8 @@ NativeView::NativeView(EvaluatedScene scene, const ViewTemplate& view_template)
       height_px_(view_template.height_px),
       antialias_(view_template.antialias),
       window_(view_template.window.value_or(Window{0, width_px_ - 1, 0, height_px_ - 1})),
-      robot_(view_template.carrier) {
+      robot_(view_template.carrier),
+      unit_m_(view_template.unit_m) {
   if (robot_ >= 0) plan();
 }
 
@@ -175,7 +180,7 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, b
   }
   pixel.kind = FixedPixel::Kind::kMirror;
   pixel.share = share;
-  const Vec3 normal = dot(meeting->normal, ray.direction) > 0 ? -meeting->normal : meeting->normal;
+  const Vec3 normal = against(meeting->normal, ray.direction);
   reflected = {meeting->point, ray.direction - normal * (2 * dot(ray.direction, normal))};
   meets_own = nearest(scene_, rest, reflected, RayKind::kReflected, own_).has_value();
   return pixel;
@@ -231,7 +236,7 @@ Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const 
 }
 
 void NativeView::tile_centres(const Poses& poses, bool planned, int column, int row, std::uint64_t inside,
-                              std::array<Colour, kTileRays>& tile) const {
+                              std::array<Colour, kTileRays>& tile, PixelTruth* truth) const {
   std::uint64_t unknown = inside;
   if (planned) {
     const FixedTile& fixed = fixed_tile_at(column, row);
@@ -241,7 +246,15 @@ void NativeView::tile_centres(const Poses& poses, bool planned, int column, int 
     } else {
       for_each_lane(inside, [&](int lane) { tile[std::size_t(lane)] = fixed_[pixel_of(column, row, lane)].colour; });
     }
-    reflect(poses, column, row, tile);
+    if (truth != nullptr) {
+      for_each_lane(inside, [&](int lane) {
+        const std::size_t pixel = pixel_of(column, row, lane);
+        const TruthPlan::Fixed& seen = truth_plan_.fixed[pixel];
+        if (seen.number < 0) return;
+        set_truth(*truth, pixel, seen.number, seen.distance, poses.view.direction(seen.normal));
+      });
+    }
+    reflect(poses, column, row, tile, truth);
   }
   if (unknown == 0) return;
   std::array<ImagePoint, kTileRays> points;
@@ -250,13 +263,13 @@ void NativeView::tile_centres(const Poses& poses, bool planned, int column, int 
   for_each_lane(unknown, [&](int lane) {
     points[count++] = {column + lane % kTileSide + 0.5, row + lane / kTileSide + 0.5};
   });
-  look(poses, std::span(points).first(count), seen);
+  look(poses, std::span(points).first(count), seen, truth);
   count = 0;
   for_each_lane(unknown, [&](int lane) { tile[std::size_t(lane)] = seen[count++]; });
 }
 
 template <class Visit>
-void NativeView::visit_centres(const Poses& poses, bool planned, int band, Visit visit) const {
+void NativeView::visit_centres(const Poses& poses, bool planned, int band, PixelTruth* truth, Visit visit) const {
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
   std::array<Colour, kTileRays> tile;
@@ -266,7 +279,7 @@ void NativeView::visit_centres(const Poses& poses, bool planned, int band, Visit
       const int width = std::min(kTileSide, window_.last_column - column + 1);
       std::uint64_t inside = 0;
       for (int y = 0; y < height; ++y) inside |= ((std::uint64_t{1} << width) - 1) << (y * kTileSide);
-      tile_centres(poses, planned, column, row, inside, tile);
+      tile_centres(poses, planned, column, row, inside, tile, truth);
       for (int y = 0; y < height; ++y) {
         visit(column, row + y, std::span(tile).subspan(std::size_t(y) * kTileSide, std::size_t(width)));
       }
@@ -284,7 +297,8 @@ const NativeView::FixedTile& NativeView::fixed_tile_at(int x, int y) const {
   return tiles_[std::size_t(tile)];
 }
 
-void NativeView::reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile) const {
+void NativeView::reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile,
+                         PixelTruth* truth) const {
   const FixedTile& fixed = fixed_tile_at(column, row);
   if (fixed.mirror == 0) return;
   thread_local RayBundle bundle;
@@ -303,10 +317,14 @@ void NativeView::reflect(const Poses& poses, int column, int row, std::array<Col
     const FixedPixel& pixel = pixel_at(lane);
     const bool met = (seen.met >> lane & 1) != 0;
     tile[i] += pixel.share * (met ? seen.colours[i] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane)));
+    if (truth == nullptr) return;
+    const std::size_t at = pixel_of(column, row, lane);
+    if (truth_plan_.fixed[at].number < 0) set_truth(*truth, at, bundle, seen, lane, true);
   });
 }
 
-void NativeView::look(const Poses& poses, std::span<const ImagePoint> points, std::span<Colour> colours) const {
+void NativeView::look(const Poses& poses, std::span<const ImagePoint> points, std::span<Colour> colours,
+                      PixelTruth* truth) const {
   thread_local RayBundle bundle;
   thread_local SeenTile seen;
   thread_local Lane weights;
@@ -327,6 +345,9 @@ void NativeView::look(const Poses& poses, std::span<const ImagePoint> points, st
       const bool met = (seen.met >> lane & 1) != 0;
       colours[first + std::size_t(lane)] =
           met ? seen.colours[std::size_t(lane)] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane));
+      if (truth == nullptr) continue;
+      const ImagePoint& point = points[first + std::size_t(lane)];
+      set_truth(*truth, pixel_index(int(point.column), int(point.row)), bundle, seen, lane, false);
     }
   }
 }
@@ -398,7 +419,83 @@ void NativeView::smooth(const Poses& poses, int antialias, int left, int right, 
   }
 }
 
-void NativeView::render(const Poses& poses, int antialias, int band, Image& image) const {
+void NativeView::plan_truth() const {
+  TruthPlan& plan = truth_plan_;
+  auto objects = std::make_shared<std::vector<TrueObject>>();
+  const auto to_world_m = [this](const Vec3& p) { return std::array{p.x * unit_m_, p.z * unit_m_, p.y * unit_m_}; };
+  for (const TracedScene::Source& source : scene_.sources()) {
+    const auto [group_index, item_index] = scene_.place(int(plan.numbers.size()));
+    const TracedScene::Group& group = scene_.groups()[std::size_t(group_index)];
+    // Only the mask of the pixels outside the mirror moves with the view.
+    const bool is_mask = group.mover == kViewMover;
+    plan.numbers.push_back(is_mask ? std::uint16_t{0} : static_cast<std::uint16_t>(objects->size() + 1));
+    if (is_mask) continue;
+    TrueObject object{plan.numbers.back(), source.kind, source.name, *source.file, source.line, {}};
+    const auto bounds = group.items[std::size_t(item_index)].solid.bounds();
+    if (bounds && group.mover == -1) object.box = TrueBox{to_world_m(bounds->low), to_world_m(bounds->high)};
+    objects->push_back(std::move(object));
+  }
+  plan.is_too_large = objects->size() > std::numeric_limits<std::uint16_t>::max();
+  plan.objects = std::move(objects);
+  plan.fixed.resize(fixed_.size());
+  if (robot_ < 0) return;
+  Poses rest;
+  rest.movers.resize(std::size_t(robot_) + 1);
+  for (int y = window_.first_row; y <= window_.last_row; ++y) {
+    for (int x = window_.first_column; x <= window_.last_column; ++x) {
+      const FixedPixel& pixel = fixed_[pixel_index(x, y)];
+      if (pixel.kind == FixedPixel::Kind::kAny) continue;
+      const Ray ray = camera_ray(x + 0.5, y + 0.5);
+      const auto meeting = nearest(scene_, rest, ray, RayKind::kFromCamera, own_);
+      if (!meeting || (pixel.kind == FixedPixel::Kind::kMirror && is_own_mirror(*meeting))) continue;
+      plan.fixed[pixel_index(x, y)] = {meeting->number, meeting->t, against(meeting->normal, ray.direction)};
+    }
+  }
+}
+
+Result<PixelTruth> NativeView::empty_truth() const {
+  std::call_once(truth_planned_, [this] { plan_truth(); });
+  if (truth_plan_.is_too_large) {
+    return Error(ErrorCode::kRefused, "the scene has {} objects, but only {} can be numbered in 16 bits",
+                 truth_plan_.objects->size(), std::numeric_limits<std::uint16_t>::max());
+  }
+  const std::size_t pixels = std::size_t(width_px_) * std::size_t(height_px_);
+  PixelTruth truth{.width_px = width_px_, .height_px = height_px_};
+  truth.object.resize(pixels);
+  truth.distance_m.resize(pixels);
+  truth.normal.resize(pixels);
+  truth.objects = truth_plan_.objects;
+  return truth;
+}
+
+bool NativeView::is_own_mirror(const Meeting& meeting) const {
+  constexpr double kLeastShare = 0.5;
+  return robot_ >= 0 && meeting.group->mover == robot_ && greatest(meeting.texture->finish.reflection) >= kLeastShare;
+}
+
+void NativeView::set_truth(PixelTruth& truth, std::size_t pixel, int number, double distance,
+                           const Vec3& normal) const {
+  truth.object[pixel] = truth_plan_.numbers[std::size_t(number)];
+  if (truth.object[pixel] == 0) return;
+  truth.distance_m[pixel] = float(distance * unit_m_);
+  truth.normal[pixel] = {float(normal.x), float(normal.z), float(normal.y)};
+}
+
+void NativeView::set_truth(PixelTruth& truth, std::size_t pixel, const RayBundle& bundle, const SeenTile& seen,
+                           int lane, bool is_reflected) const {
+  const auto i = std::size_t(lane);
+  if ((seen.met >> lane & 1) == 0) return;
+  const Meeting* meeting = &(*seen.meetings)[i];
+  Vec3 direction = bundle.rays.direction.at(lane);
+  if (!is_reflected && is_own_mirror(*meeting)) {
+    if ((seen.reflected->met >> lane & 1) == 0) return;
+    direction = direction - meeting->normal * (2 * dot(direction, meeting->normal));
+    meeting = &(*seen.reflected->meetings)[i];
+  }
+  set_truth(truth, pixel, meeting->number, meeting->t, against(meeting->normal, direction));
+}
+
+void NativeView::render(const Poses& poses, int antialias, int band, Image& image, PixelTruth* truth) const {
   const bool planned = is_plan_valid(poses);
   const auto store = [&](int x, int y, const Colour& colour) {
     std::uint8_t* bytes = image.bytes.data() + 3 * pixel_index(x, y);
@@ -407,7 +504,7 @@ void NativeView::render(const Poses& poses, int antialias, int band, Image& imag
     bytes[2] = srgb_byte(colour.z);
   };
   if (antialias == 1) {
-    visit_centres(poses, planned, band, [&](int x, int y, std::span<const Colour> part) {
+    visit_centres(poses, planned, band, truth, [&](int x, int y, std::span<const Colour> part) {
       for (const Colour& colour : part) store(x++, y, colour);
     });
     return;
@@ -420,7 +517,7 @@ void NativeView::render(const Poses& poses, int antialias, int band, Image& imag
   const auto index_of = [&](int x, int y) {
     return std::size_t(y - top) * columns + std::size_t(x - window_.first_column);
   };
-  visit_centres(poses, planned, band, [&](int x, int y, std::span<const Colour> part) {
+  visit_centres(poses, planned, band, truth, [&](int x, int y, std::span<const Colour> part) {
     std::ranges::copy(part, colours.begin() + std::ptrdiff_t(index_of(x, y)));
   });
   const auto colour_at = [&](int x, int y) {

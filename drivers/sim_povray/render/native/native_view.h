@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "drivers/sim_povray/pixel_truth.h"
 #include "drivers/sim_povray/render/native/tile_tracer.h"
 #include "drivers/sim_povray/render/native/traced_scene.h"
 #include "drivers/sim_povray/render/renderer.h"
@@ -32,12 +35,18 @@ class NativeView {
 
   /// Renders some of the rows into an image of the view's size, which is black at first. Different bands may be
   /// rendered at the same time. @param band from 0 to below bands()
-  void render(const Poses& poses, int band, Image& image) const { render(poses, antialias_, band, image); }
+  /// @param truth also receives the band's rows of what empty_truth() returned; null: none is wanted
+  void render(const Poses& poses, int band, Image& image, PixelTruth* truth = nullptr) const {
+    render(poses, antialias_, band, image, truth);
+  }
   /// Does so without anti-aliasing.
-  void render_plain(const Poses& poses, int band, Image& image) const { render(poses, 1, band, image); }
+  void render_plain(const Poses& poses, int band, Image& image) const { render(poses, 1, band, image, nullptr); }
   [[nodiscard]] int bands() const;
   /// Returns the number of pixels that show the robot's own mirror; 0 if it is not known.
   [[nodiscard]] std::size_t mirror_pixels() const;
+  /// Returns the truth of an image that shows nothing. The first call takes some milliseconds.
+  /// Errors: kRefused: the scene has more objects than there are numbers.
+  [[nodiscard]] Result<PixelTruth> empty_truth() const;
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
 
@@ -83,15 +92,16 @@ class NativeView {
   void plan();
   /// Returns whether the camera sees nothing but the robot where fixed_ says so.
   [[nodiscard]] bool is_plan_valid(const Poses& poses) const;
-  void render(const Poses& poses, int antialias, int band, Image& image) const;
+  void render(const Poses& poses, int antialias, int band, Image& image, PixelTruth* truth) const;
   /// Returns what the camera sees through a point of the image.
   [[nodiscard]] Colour seen_through(const Poses& poses, double column, double row) const;
   /// Returns what a pixel's centre shows. @param planned is_plan_valid()
   [[nodiscard]] Colour centre(const Poses& poses, bool planned, int x, int y) const;
   /// Adds what the mirror's pixels of a tile reflect.
-  void reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile) const;
-  /// Sets what the camera sees through points of the image.
-  void look(const Poses& poses, std::span<const ImagePoint> points, std::span<Colour> colours) const;
+  void reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile, PixelTruth* truth) const;
+  /// Sets what the camera sees through points of the image. @param truth only if these are pixels' centres
+  void look(const Poses& poses, std::span<const ImagePoint> points, std::span<Colour> colours,
+            PixelTruth* truth = nullptr) const;
   /// Smooths a block whose centres are set, as POV-Ray's `+AM1 +A0.03` does (measured).
   void smooth(const Poses& poses, int antialias, int left, int right, int top, int bottom, SmoothedBlock& block) const;
   void take_samples(const Poses& poses, int antialias, int left, int top, std::span<const BlockPlace> places,
@@ -103,11 +113,32 @@ class NativeView {
     return std::size_t(y) * std::size_t(width_px_) + std::size_t(x);
   }
   /// Finds what the centres of a band's pixels show. Calls `visit(x, y, colours)` for parts of its rows.
+  /// @param truth as in render()
   template <class Visit>
-  void visit_centres(const Poses& poses, bool planned, int band, Visit visit) const;
+  void visit_centres(const Poses& poses, bool planned, int band, PixelTruth* truth, Visit visit) const;
   /// Sets what the centres of a tile's pixels show, row by row. @param inside the pixels in the band
   void tile_centres(const Poses& poses, bool planned, int column, int row, std::uint64_t inside,
-                    std::array<Colour, kTileRays>& tile) const;
+                    std::array<Colour, kTileRays>& tile, PixelTruth* truth) const;
+
+  /// What truth needs besides the plan. It is made when the first truth is asked for.
+  struct TruthPlan {
+    struct Fixed {
+      int number = -1;  ///< Meeting::number; -1: the pixel's ray is followed in each image
+      double distance = 0;
+      Vec3 normal{};  ///< on the side that is seen
+    };
+    std::vector<std::uint16_t> numbers{};  ///< TrueObject::number by Item::number; 0: a mask, which is no object
+    std::shared_ptr<const std::vector<TrueObject>> objects{};
+    std::vector<Fixed> fixed{};  ///< of fixed_; in the robot's frame
+    bool is_too_large = false;
+  };
+  void plan_truth() const;
+  [[nodiscard]] bool is_own_mirror(const Meeting& meeting) const;
+  /// Sets what a pixel shows. @param number,distance as in Meeting @param normal on the side that is seen
+  void set_truth(PixelTruth& truth, std::size_t pixel, int number, double distance, const Vec3& normal) const;
+  /// Sets what a lane's pixel shows. @param is_reflected the rays come from the robot's own mirror
+  void set_truth(PixelTruth& truth, std::size_t pixel, const RayBundle& bundle, const SeenTile& seen, int lane,
+                 bool is_reflected) const;
 
   TracedScene scene_;
   int width_px_, height_px_;
@@ -118,6 +149,9 @@ class NativeView {
   std::vector<FixedPixel> fixed_{};  ///< of the image, row by row
   std::vector<FixedTile> tiles_{};   ///< of the window, row by row
   Bounds3 sight_{};                  ///< holds the rays from the camera to what fixed pixels show
+  double unit_m_;
+  mutable std::once_flag truth_planned_{};
+  mutable TruthPlan truth_plan_{};
 };
 
 }  // namespace twocone::sim_povray

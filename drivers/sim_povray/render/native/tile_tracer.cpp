@@ -294,7 +294,9 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
                 const Lane& weights, SeenTile& seen) {
   Workspace& w = workspace(level);
   find_nearest(scene, poses, bundle, level, which, w);
-  seen.met = 0;
+  seen.met = w.reflected_seen.met = 0;
+  seen.meetings = &w.meetings;
+  seen.reflected = &w.reflected_seen;
   std::uint64_t needs_light = 0;
   const EvaluatedScene& description = scene.scene();
   for_each_lane(bundle.used, [&](int lane) {
@@ -309,7 +311,8 @@ void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& b
     } else if (group.mover == -1) {
       const double t = w.hits.t[i];
       const Vec3 point = ray.at(t);
-      w.meetings[i] = {t, &group, item.box_texture, point, point, normal_of_box(bundle.rays, lane, item.bounds, t)};
+      w.meetings[i] = {
+          t, &group, item.box_texture, point, point, normal_of_box(bundle.rays, lane, item.bounds, t), item.number};
     } else {
       const auto meeting = meeting_with(poses, ray, group, item);
       if (!meeting) return;  // it only touches an edge

@@ -30,6 +30,9 @@ void fill_unused(RayBundle& bundle);
 struct SeenTile {
   std::uint64_t met = 0;  ///< lanes that met a surface; `colours` holds only these
   std::array<Colour, kTileRays> colours;
+  /// Of the lanes in `met`, until this thread traces rays of the same level again.
+  const std::array<Meeting, kTileRays>* meetings = nullptr;
+  const SeenTile* reflected = nullptr;  ///< what those lanes see that are reflected
 };
 
 /// Does for each lane what nearest(), with the groups in `which`, and shaded() do.

@@ -10,6 +10,39 @@
 
 namespace twocone::sim_povray {
 
+namespace {
+
+/// Returns POV-Ray's keyword for a shape.
+const char* kind_of(const Shape& shape) {
+  struct Kind {
+    const char* operator()(const Box& /*shape*/) const { return "box"; }
+    const char* operator()(const Sphere& /*shape*/) const { return "sphere"; }
+    const char* operator()(const Cone& cone) const { return cone.base_radius == cone.cap_radius ? "cylinder" : "cone"; }
+    const char* operator()(const FlatDisc& /*shape*/) const { return "disc"; }
+    const char* operator()(const Plane& /*shape*/) const { return "plane"; }
+    const char* operator()(const Torus& /*shape*/) const { return "torus"; }
+    const char* operator()(const Prism& /*shape*/) const { return "prism"; }
+    const char* operator()(const Quadric& /*shape*/) const { return "quadric"; }
+    const char* operator()(const Polygon& /*shape*/) const { return "polygon"; }
+    const char* operator()(const Csg& csg) const {
+      switch (csg.combination) {
+        case Combination::kUnion:
+          return "union";
+        case Combination::kMerge:
+          return "merge";
+        case Combination::kIntersection:
+          return "intersection";
+        case Combination::kDifference:
+          break;
+      }
+      return "difference";
+    }
+  };
+  return std::visit(Kind{}, shape);
+}
+
+}  // namespace
+
 const Transform& Poses::of(int mover) const {
   static const Transform kStill;
   if (mover == kViewMover) return view;
@@ -40,6 +73,7 @@ void TracedScene::add(const Object& object, int mover) {
   if (csg != nullptr && csg->combination == Combination::kUnion && !object.inverse && object.clipped_by.empty()) {
     for (Object part : csg->parts) {
       if (part.texture == nullptr) part.texture = object.texture;
+      if (part.name.empty()) part.name = object.name;
       part.no_shadow = part.no_shadow || object.no_shadow;
       part.no_image = part.no_image || object.no_image;
       part.no_reflection = part.no_reflection || object.no_reflection;
@@ -54,6 +88,7 @@ void TracedScene::add(const Object& object, int mover) {
   const auto box = solid.as_box();
   const int number = int(places_.size());
   places_.push_back({int(group - groups_.begin()), int(group->items.size())});
+  sources_.push_back({kind_of(object.shape), object.name, object.file, object.line});
   const Texture* box_texture = solid.only_texture() != nullptr ? solid.only_texture() : object.texture.get();
   group->items.push_back({std::move(solid), object.texture.get(), number, !object.no_shadow, !object.no_image,
                           !object.no_reflection, box.value_or(bounds.value_or(Bounds3{})), box.has_value(),
@@ -94,6 +129,7 @@ std::optional<Meeting> nearest(const TracedScene& scene, const Poses& poses, con
   best.point = ray.origin + ray.direction * best.t;
   if (best.group->mover != -1) best.normal = poses.of(best.group->mover).normal(best.normal);
   best.normal = normalized(best.normal);
+  best.number = best_number;
   return best;
 }
 
@@ -135,9 +171,10 @@ Meeting meeting_at(const Poses& poses, const Ray& ray, const TracedScene::Group&
                    const Crossing& crossing) {
   const Texture* const texture = crossing.texture != nullptr ? crossing.texture : item.texture;
   const Vec3 point = ray.at(crossing.t);
-  if (group.mover == -1) return {crossing.t, &group, texture, point, point, normalized(crossing.normal)};
+  if (group.mover == -1) return {crossing.t, &group, texture, point, point, normalized(crossing.normal), item.number};
   const Transform& pose = poses.of(group.mover);
-  return {crossing.t, &group, texture, point, pose.inverse_point(point), normalized(pose.normal(crossing.normal))};
+  return {crossing.t, &group, texture, point, pose.inverse_point(point), normalized(pose.normal(crossing.normal)),
+          item.number};
 }
 
 std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const TracedScene::Group& group,

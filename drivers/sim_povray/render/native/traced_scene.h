@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "drivers/sim_povray/render/native/bvh.h"
@@ -55,6 +56,15 @@ class TracedScene {
   };
   /// Returns where an item stands. @param number Item::number
   [[nodiscard]] const Place& place(int number) const { return places_[std::size_t(number)]; }
+  /// What an item is in the scene's text.
+  struct Source {
+    const char* kind;  ///< POV-Ray's keyword
+    std::string name;  ///< of the named block that it is or belongs to; empty: none
+    std::shared_ptr<const std::string> file;
+    int line;
+  };
+  /// Returns the sources of all items, by Item::number.
+  [[nodiscard]] const std::vector<Source>& sources() const { return sources_; }
 
  private:
   void add(const Object& object, int mover);
@@ -62,6 +72,7 @@ class TracedScene {
   EvaluatedScene scene_;
   std::vector<Group> groups_;
   std::vector<Place> places_;
+  std::vector<Source> sources_;
 };
 
 /// A point of a surface that a ray meets.
@@ -72,6 +83,7 @@ struct Meeting {
   Vec3 point{};          ///< in the scene's coordinates
   Vec3 pattern_point{};  ///< in those of the group, where pigments are defined
   Vec3 normal{};         ///< in the scene's coordinates, of length 1, towards either side
+  int number = 0;        ///< Item::number of what is met
 };
 
 /// Measured: POV-Ray sees no surface nearer than this to where a ray starts, and none nearer than the other number to

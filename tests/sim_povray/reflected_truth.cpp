@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/reflected_truth.h"
+#include "tests/sim_povray/reflected_truth.h"
 
 #include <algorithm>
 #include <array>
