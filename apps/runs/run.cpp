@@ -16,6 +16,7 @@
 #include "apps/runlog/tables/truth_files.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
+#include "apps/runs/loop/real_time.h"
 #include "apps/runs/loop/run_record.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
@@ -69,6 +70,10 @@ class Loop {
     }
     auto opened = open(settings);
     if (!opened) return opened.error();
+    if (options_.real_time && !opened->pace().waits_for_program) {
+      return Error(ErrorCode::kRefused, "{}: --real-time is for simulated robots: real devices set the pace themselves",
+                   robot_.file.string());
+    }
     if (options_.replace) runlog::remove_run(options_.out);
     record_.open();
     if (const std::string notice = opened->pace().notice; !notice.empty() && options_.notify) {
@@ -163,6 +168,8 @@ class Loop {
                    [this](const std::string& event) { record_.note(event); });
     for (int i = 0; i < options_.frames; ++i) {
       const auto number = std::uint64_t(i);
+      // The first frame's images take longer: the mirrors are found, and the renderers compared.
+      if (options_.real_time && i > 0) real_time_.wait(stop_);
       if (stop_) return interrupted();
       auto taken = taker_->take(number, stop_);
       if (!taken) return taken.error();
@@ -267,6 +274,7 @@ class Loop {
     runlog::RunInfo& info = record_.info();
     std::vector<std::string> last = record_.take_later();
     if (auto event = answers_.over_budget()) last.push_back(*event);
+    if (auto event = real_time_.report(); !event.empty()) last.push_back(std::move(event));
     if (!done) {
       // After an interruption, the message states the number of frames.
       const Error error = done.error().code == ErrorCode::kCancelled ? interrupted() : done.error();
@@ -301,6 +309,7 @@ class Loop {
   Steering steering_;
   FrameAnswers answers_;
   std::optional<StartCheck> start_check_;
+  RealTime real_time_{RealTime::Milliseconds(1e3 / robot_.lower.settings.rate_hz)};
   TruthCollector truth_;
   bool has_true_objects_ = false;
   std::optional<FrameTaker> taker_;

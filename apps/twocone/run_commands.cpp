@@ -220,6 +220,8 @@ void add_run(CLI::App& program) {
               "Seconds to wait for a device that fails, with the wheels stopped (real robots)",
               number_within(0, 86'400));
   add_renderer(command, options->run.renderer);
+  command->add_flag("--real-time", options->run.real_time,
+                    "Pace the simulation by the wall clock, and report the frames that were late");
   command->add_flag("--truth", options->run.truth,
                     "Also store what each pixel shows: object, distance and normal (simulation, native renderer)");
   command->add_flag("--force", options->run.replace, "Replace the run that is in --out");

@@ -50,14 +50,14 @@ std::string all_of(const drivers::CameraPart& part) {
 }
 
 std::string all_of(const sim_povray::SessionSettings& session) {
-  const auto& [name, body, drive, map_outline, run_ahead, rendered, stored] = session;
+  const auto& [name, body, drive, map_outline, run_ahead, rendered, stored, truth] = session;
   const auto& [body_name, start, body_radius_m, wheels, timeout, physics, seed, begin, start_place] = body;
   const auto& [separation_m, radius_m, slip, slip_correlation_s, counts, lag_s] = wheels;
   std::string text = fmt::format("{} {} {} {} {} {} {} {} {}\n", name, body_name, start.x_m, start.y_m,
                                  start.heading_rad, body_radius_m, run_ahead, map_outline, start_place);
   text += fmt::format("{} {} {} {} {} {}\n", separation_m, radius_m, slip, slip_correlation_s, counts, lag_s);
-  text += fmt::format("{} {} {} {} {} {}", timeout.count(), seed, begin.has_value(), bool(rendered), bool(stored),
-                      all_of(drive));
+  text += fmt::format("{} {} {} {} {} {} {}", timeout.count(), seed, begin.has_value(), bool(rendered), bool(stored),
+                      bool(truth), all_of(drive));
   if (!physics) return text + "no physics\n";
   const auto& [mass_kg, wheel_friction, body_friction] = *physics;
   return text + fmt::format("{} {} {}\n", mass_kg, wheel_friction, body_friction);

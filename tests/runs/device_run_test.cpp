@@ -88,6 +88,15 @@ class DeviceRun : public testing::Test {
   std::atomic<bool> stop_{false};
 };
 
+// Catches a run that waits for its own clock as well as for the devices'.
+TEST_F(DeviceRun, RefusesRealTime) {
+  options_.real_time = true;
+  const auto info = go();
+  ASSERT_FALSE(info);
+  EXPECT_EQ(info.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(info.error().message, HasSubstr("real devices set the pace"));
+}
+
 TEST_F(DeviceRun, OutlivesACameraThatGoesAwayAndComesBack) {
   lower_faults_.disconnect_after = kGoesAfter;
   const auto info = go();
