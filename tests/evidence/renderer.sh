@@ -49,10 +49,39 @@ wall() { jq -r .wall_s "$work/run_$1/summary.json" 2>/dev/null || echo 0; } # 0 
 ratio=$(jq -n "$(wall povray) / $(wall auto)" 2>/dev/null || echo 0)
 row "the demo's run of 450 frames, against --renderer povray" "$(fixed 1 "$ratio") times shorter: $(fixed 0 "$(wall auto)") s, $(fixed 0 "$(wall povray)") s" "at least 4 times" "$(holds "$ratio >= 4")"
 
+# compared FILE KEYS COLUMN_A COLUMN_B: prints the number of rows that both runs have, the mean distance of the two points, and the greatest
+compared() {
+  python3 - "$work/run_auto/$1" "$work/run_povray/$1" "$2" "$3" "$4" <<'PYTHON' 2>/dev/null || echo "0 0 0" # not run
+import csv, math, sys
+files, keys, columns = sys.argv[1:3], sys.argv[3].split(","), sys.argv[4:6]
+a, b = ({tuple(r[k] for k in keys): [float(r[c]) for c in columns] for r in csv.DictReader(open(f)) if r[columns[0]]} for f in files)
+d = [math.dist(a[k], b[k]) for k in a if k in b]
+print(len(d), sum(d) / len(d), max(d))
+PYTHON
+}
+read -r fixes mean_m worst_m <<<"$(compared fixes.csv frame x_m y_m)"
+row "the same run: distance of the fixes of both renderers" \
+  "mean $(fixed 4 "$(jq -n "1e3 * $mean_m")") mm, greatest $(fixed 4 "$(jq -n "1e3 * $worst_m")") mm, of $fixes fixes" "mean at most 0.05 mm" "$(holds "$fixes > 0 && $mean_m <= 5e-5")"
+read -r seen mean_px worst_px <<<"$(compared sightings.csv frame,landmark,view column_px row_px)"
+row "the same run: distance of the landmarks' fitted tops in the images of both renderers" \
+  "mean $(fixed 4 "$mean_px") px, greatest $(fixed 4 "$worst_px") px, of $seen sightings" "at most 0.05 px" "$(holds "$seen > 0 && $worst_px <= 0.05")"
+
+# The answer to an image steers the robot before the next image.
+sed "s/^latency_frames: .*/latency_frames: 0/; s|\.\./|$PWD/|" robots/lab_sim.yaml >"$work/latency_0.yaml"
+if [ ! -f "$work/real_time.status" ]; then rm -rf "$work/run_real_time"; fi
+step real_time "$twocone" run --robot "$work/latency_0.yaml" --frames 450 --real-time --out "$work/run_real_time"
+paced=$(sed -n 's/^ *- .*\(real time, a frame.*\)/\1/p' "$work/run_real_time/run.yaml" 2>/dev/null | tr -d '"' || true)
+late=$(sed -n 's/.*: \([0-9]*\) of [0-9]* late.*only sleeps.*/\1/p' <<<"$paced")
+row "the lab at 640x480 and 15 Hz in real time, latency_frames: 0, with vision, fix and storing" "${paced:-not run}" "at most 1 % late, with a bare sleeper's lateness beside it" "$(holds "${late:-450} <= 4")"
+
+step growth build/release/bench/growth_bench --parts pixels,objects
+row "growth by pixels and objects, with exponents; threads are in the table of plain images" "$(grep -c exponent "$work/growth.log" 2>/dev/null || true) tables" "10 to 10,000 objects" "$(passed growth)"
+
 step asan_build bash -c 'cmake --preset asan -D TWOCONE_BUILD_FUZZERS=ON && cmake --build --preset asan --target scene_fuzz'
 step fuzz build/asan/tests/fuzz/scene_fuzz 500000 7 scenes/lab.pov scenes/hall.pov tests/fuzz/keywords.pov tests/sim_povray/scenes/tiny.pov
 row "mutated scenes, read, evaluated and traced; AddressSanitizer and UndefinedBehaviorSanitizer" "$(tail -n 1 "$work/fuzz.log")" "half a million, no crash" "$(passed fuzz)"
 
-block "Plain" "$(tail -qn 1 "$work"/plain_*.log)"
-block "Smoothed" "$(tail -qn 1 "$work"/smoothed_*.log)"
+block "Plain, and the wall time of a stereo frame by threads" "$(tail -qn 2 "$work"/plain_*.log)"
+block "Growth" "$(cat "$work/growth.log" 2>/dev/null || echo "not run")"
+block "Smoothed" "$(tail -qn 2 "$work"/smoothed_*.log)"
 page "the native renderer"
