@@ -34,7 +34,7 @@ struct RunOptions {
   std::optional<sim_povray::RendererKind> renderer{};
   std::string rendered_before{};  ///< RunInfo::renderer of a run that is resumed
   bool real_time = false;  ///< paces the simulated world by the wall clock; an event states how many frames were late
-  bool truth = false;  ///< also stores what each pixel shows (runlog::write_truth); needs the native renderer
+  bool truth = false;      ///< also stores what each pixel shows (runlog::write_truth); needs the native renderer
   /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< receives each of RunInfo::events at once; may be empty
@@ -61,7 +61,8 @@ struct RunOptions {
 /// @param robot,map as read from their files
 /// @param stop set from outside (by a signal); the run then ends after the present frame
 /// @returns the content of run.yaml. Errors: those of drivers::open_robot, Robot::next_frame, Frame::image, DiffDrive,
-/// compare_start(); kRefused: `truth` of a real robot or of another renderer, `real_time` of a real robot; kCancelled: stopped from outside
+/// compare_start(); kRefused: `truth` of a real robot or of another renderer, `real_time` of a real robot; kCancelled:
+/// stopped from outside
 /// @throws config::FileError (also for no waypoints), DiskError, std::invalid_argument (frames < 1, no such behaviour)
 Result<runlog::RunInfo> run(const config::Robot& robot, const config::Map& map, const RunOptions& options,
                             const Progress& progress, const std::atomic<bool>& stop);
