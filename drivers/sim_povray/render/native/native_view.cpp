@@ -261,7 +261,9 @@ void NativeView::tile_centres(const Poses& poses, bool planned, int column, int 
   std::array<Colour, kTileRays> seen;
   std::size_t count = 0;
   for_each_lane(unknown, [&](int lane) {
-    points[count++] = {column + lane % kTileSide + 0.5, row + lane / kTileSide + 0.5};
+    const int x = column + lane % kTileSide;
+    const int y = row + lane / kTileSide;
+    points[count++] = {x + 0.5, y + 0.5};
   });
   look(poses, std::span(points).first(count), seen, truth);
   count = 0;
