@@ -162,16 +162,20 @@ void scale(drivers::CameraPart& camera, RigView& view, double k) {
 
 }  // namespace
 
-Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
+namespace {
+
+/// Returns the robot of a node to which `changes` have been made already.
+Robot parse_changed(const YAML::Node& given, const std::filesystem::path& file, const std::vector<KeyChange>& changes) {
   const YAML::Node node = with_present_names(given);
   if (node.IsDefined() && node.IsMap() && node["landmarks"] && !node["rig"]) {
     throw FileError("{}: is a map; a robot file is wanted, which names the map: `map: {}`", file.string(),
                     file.filename().string());
   }
-  Reading reading(node, file);
+  Reading reading(node, file, changes);
   Section& root = reading.root();
   Robot robot;
   robot.file = file;
+  robot.changes = changes;
   root.text("name", "the robot's name", robot.name);
   std::string map;
   if (root.text("map", "the map of the place it is in", map)) robot.map = resolve(map, file);
@@ -208,8 +212,17 @@ Robot parse_robot(const YAML::Node& given, const std::filesystem::path& file) {
   return robot;
 }
 
-Robot read_robot(const std::filesystem::path& file) {
-  Robot robot = parse_robot(load_yaml(file), file);
+YAML::Node load_changed(const std::filesystem::path& file, const std::vector<KeyChange>& changes) {
+  const YAML::Node node = with_present_names(load_yaml(file));
+  return node.IsMap() ? with_changes(node, changes) : node;
+}
+
+}  // namespace
+
+Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file) { return parse_changed(node, file, {}); }
+
+Robot read_robot(const std::filesystem::path& file, const std::vector<KeyChange>& changes) {
+  Robot robot = parse_changed(load_changed(file, changes), file, changes);
   // Run folders have the robot's name. Only read_robot() checks it, because an older run with another name must stay
   // readable.
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
@@ -225,16 +238,11 @@ Robot read_robot(const std::filesystem::path& file) {
   return robot;
 }
 
-YAML::Node load_robot_node(const std::filesystem::path& file) {
-  YAML::Node node = with_present_names(load_yaml(file));
-  const Robot robot = parse_robot(node, file);
-  node["map"] = std::filesystem::absolute(robot.map).string();
-  make_camera_infos_absolute(node, file);
-  return node;
-}
-
 YAML::Node load_robot_node(const Robot& robot) {
-  YAML::Node node = load_robot_node(robot.file);
+  YAML::Node node = load_changed(robot.file, robot.changes);
+  const Robot read = parse_changed(node, robot.file, robot.changes);
+  node["map"] = std::filesystem::absolute(read.map).string();
+  make_camera_infos_absolute(node, robot.file);
   set_estimator(node, robot.estimator);
   return node;
 }

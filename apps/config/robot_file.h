@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/config/key_change.h"
 #include "apps/config/map_file.h"
 #include "drivers/backends.h"
 #include "drivers/serial_diffdrive/serial_diffdrive.h"
@@ -90,7 +91,8 @@ struct EstimatorKeys {
 
 /// The parts of a robot and the driver of each part (robots/lab_sim.yaml).
 struct Robot {
-  std::filesystem::path file;  ///< the path as the caller gave it
+  std::filesystem::path file;      ///< the path as the caller gave it
+  std::vector<KeyChange> changes;  ///< made to the content of the file before it was read
   std::string name;
   std::filesystem::path map;  ///< resolved against the file's folder
   std::string attach;         ///< name of the served world; empty: the program has its own world
@@ -113,16 +115,16 @@ struct Robot {
   friend bool operator==(const Robot&, const Robot&) = default;
 };
 
-/// Reads a robot file and the files that it names as `camera_info` (read_camera_info). It does not check that
+/// Reads a robot file, changed by `changes`, and the files that it names as `camera_info` (read_camera_info). A message
+/// about a changed key names the change instead of the line. It does not check that
 /// the drivers exist (drivers/backends.h), or that the map exists and fits the robot (apps/config/to_layers.h).
 /// @throws FileError as read_map
-Robot read_robot(const std::filesystem::path& file);
+Robot read_robot(const std::filesystem::path& file, const std::vector<KeyChange>& changes = {});
 /// Reads a robot from a node of a larger file (run.yaml). Messages name `file`, and relative paths start at its folder.
 Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file);
-/// Returns the YAML of the file with absolute paths, for use inside another file (run.yaml). parse_robot reads the same
-/// robot from it. @throws FileError as read_robot
-YAML::Node load_robot_node(const std::filesystem::path& file);
-/// Returns the YAML of `robot.file` with the `estimator:` of `robot`, which a run may override.
+/// Returns the YAML of `robot.file`, changed by `robot.changes`, with the `estimator:` of `robot`, which a run may
+/// override, and with absolute paths, for use inside another file (run.yaml). parse_robot reads the same robot from it.
+/// @throws FileError as read_robot
 YAML::Node load_robot_node(const Robot& robot);
 
 /// Returns the names of all cameras: lower, upper, then the additional ones.
@@ -133,7 +135,8 @@ std::vector<std::string> camera_names(const Robot& robot);
 /// (c + 0.5) k - 0.5.
 Robot scaled(Robot robot, double k);
 
-/// Returns the text of a robot file that equals `original` except for the values in `changed` of: `rig:`, the two wheel
+/// Returns the text of a robot file that equals `original`, changed by `changed.changes`, except for the values in
+/// `changed` of: `rig:`, the two wheel
 /// sizes, width_px, height_px, rate_hz, antialias and effects of the pair, `effects:` of the body, and `estimator:`.
 /// Additional cameras take the pair's rate. max_skew_s also follows it if `original` does not set this key.
 ///

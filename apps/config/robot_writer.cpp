@@ -128,7 +128,7 @@ std::string commented(std::string line) {
 
 std::string robot_text(const std::filesystem::path& file, const std::filesystem::path& new_file, const Robot& changed,
                        const std::vector<std::string>& header_lines) {
-  YAML::Node node = with_present_names(load_yaml(file));
+  YAML::Node node = with_changes(with_present_names(load_yaml(file)), changed.changes);
   const Robot robot = parse_robot(node, file);
   node["map"] = moved(node["map"].as<std::string>(), file, new_file);
   const auto info = [&](const char* mirror, RigView Rig::*view, drivers::CameraPart Robot::*camera) {

@@ -228,6 +228,13 @@ std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& set
 sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map) {
   sim_povray::KeyPlaces places;
   add_keys(load_yaml(robot.file), "", robot.file.string(), places);
+  for (const KeyChange& change : robot.changes) {
+    const std::string place = "--set " + to_string(change);
+    places[change.key] = place;
+    sim_povray::KeyPlaces added;
+    add_keys(parse_yaml(change.value, place), change.key + ".", place, added);
+    for (const auto& [key, line] : added) places[key] = place;
+  }
   add_keys(load_yaml(map.file), "map.", map.file.string(), places);
   return places;
 }

@@ -85,6 +85,7 @@ std::string facts_html(const runlog::RunData& run, const runlog::Summary& summar
         fmt::format("{:.1f} s, of which {:.1f} s waiting for images; processor {:.1f} s here, {:.1f} s in POV-Ray",
                     run.info.wall_s, run.info.render_wait_s, run.info.own_cpu_s, run.info.render_cpu_s));
   }
+  for (const config::KeyChange& change : run.robot.changes) facts.emplace_back("changed key", to_string(change));
   if (const auto& names = run.robot.estimator.landmarks; !names.empty()) {
     facts.emplace_back("searched for only", fmt::format("{}", fmt::join(names, ", ")));
   }

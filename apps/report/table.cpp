@@ -307,8 +307,10 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
   const std::string time_budget = budget_s ? fmt::format(" --budget-ms {:.12g}", *budget_s * 1e3) : "";
   const std::string renderer =
       info.renderer.empty() ? "" : " --renderer " + info.renderer.substr(0, info.renderer.find(' '));
-  return fmt::format("twocone run --robot {} --behaviour {} --frames {} --method {}{}{} --seed {}",
-                     shell_word(robot.file.string()), shell_word(info.behaviour), info.frames_wanted,
+  std::string changes;
+  for (const config::KeyChange& change : robot.changes) changes += " --set " + shell_word(to_string(change));
+  return fmt::format("twocone run --robot {}{} --behaviour {} --frames {} --method {}{}{} --seed {}",
+                     shell_word(robot.file.string()), changes, shell_word(info.behaviour), info.frames_wanted,
                      shell_word(method), time_budget, renderer, info.seed);
 }
 

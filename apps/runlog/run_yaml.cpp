@@ -43,6 +43,16 @@ YAML::Node load(const fs::path& file) {
   }
 }
 
+/// Returns the changes of the robot file's keys. Runs without changes lack this key.
+std::vector<config::KeyChange> robot_changes(const YAML::Node& node, const fs::path& file) {
+  std::vector<config::KeyChange> changes;
+  if (!node["robot_changes"]) return changes;
+  for (const std::string& text : field<std::vector<std::string>>(node, "robot_changes", file)) {
+    changes.push_back(config::parse_change(text));
+  }
+  return changes;
+}
+
 void write_again(const fs::path& folder, const YAML::Node& node) {
   YAML::Emitter out;
   out << YAML::Comment(kComment) << node;
@@ -147,6 +157,11 @@ void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::R
   for (const auto& [key, member] : kTimeKeys) put(key, info.*member);
   put("events", info.events);
   put("robot_file", absolute_text(robot.file));
+  if (!robot.changes.empty()) {
+    std::vector<std::string> changes;
+    for (const config::KeyChange& change : robot.changes) changes.push_back(config::to_string(change));
+    put("robot_changes", changes);
+  }
   put("robot", config::load_robot_node(robot));
   put("map_file", absolute_text(map_file));
   put("map", config::load_map_node(map_file));
@@ -157,7 +172,8 @@ void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::R
 void write_run_yaml_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to) {
   YAML::Node node = load(file_of(from));  // all scalars keep their text
   node["robot_file"] = absolute_text(robot_file);
-  node["robot"] = config::load_robot_node(robot_file);
+  node["robot"] = config::load_robot_node(config::read_robot(robot_file));
+  node.remove("robot_changes");
   node["events"].push_back(fmt::format("recorded in {}, evaluated with the rig and the wheels of {}",
                                        absolute_text(from), absolute_text(robot_file)));
   write_again(to, node);
@@ -175,7 +191,7 @@ void write_run_yaml_for_map(const fs::path& from, const fs::path& map_file, cons
 std::string changed_since(const fs::path& folder) {
   const auto file = file_of(folder);
   const YAML::Node node = load(file);
-  config::Robot robot = config::read_robot(field<std::string>(node, "robot_file", file));
+  config::Robot robot = config::read_robot(field<std::string>(node, "robot_file", file), robot_changes(node, file));
   robot.estimator = config::parse_robot(node["robot"], file).estimator;  // may be from the command line
   if (std::string found = difference("", node["robot"], config::load_robot_node(robot)); !found.empty()) {
     return fmt::format("{}: {}", robot.file.string(), found);
@@ -221,6 +237,7 @@ RunYaml read_run_yaml(const fs::path& folder) {
   run.info.events = field<std::vector<std::string>>(node, "events", file);
   run.robot = config::parse_robot(node["robot"], file);
   run.robot.file = field<std::string>(node, "robot_file", file);
+  run.robot.changes = robot_changes(node, file);
   run.map = config::parse_map(node["map"], file);
   run.map.file = field<std::string>(node, "map_file", file);
   return run;

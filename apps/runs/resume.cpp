@@ -62,7 +62,7 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
   if (const std::string reason = why_not(folder, run); !reason.empty()) {
     throw config::FileError("{} cannot be resumed: {}", folder.string(), reason);
   }
-  config::Robot robot = config::read_robot(run.robot.file);
+  config::Robot robot = config::read_robot(run.robot.file, run.robot.changes);
   robot.estimator = run.robot.estimator;  // may be from the command line
   RunOptions again = options;
   again.frames = run.info.frames_wanted;

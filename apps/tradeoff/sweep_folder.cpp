@@ -95,7 +95,7 @@ std::string plan_text(const config::Robot& robot, const config::Map& map, const 
   for (const Setting& setting : plan.settings) settings.push_back(describe(setting));
   put("list", settings);
   put("landmarks", plan.landmarks);
-  put("robot", config::load_robot_node(robot.file));
+  put("robot", config::load_robot_node(robot));
   put("map", config::load_map_node(map.file));
   if (map.scene) put("scene", config::read_text(*map.scene));
   out << YAML::EndMap;

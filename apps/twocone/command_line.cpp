@@ -125,6 +125,21 @@ void add_log_level(CLI::App& program) {
   }
 }
 
+config::Robot RobotArgument::read() const {
+  std::vector<config::KeyChange> parsed;
+  for (const std::string& change : changes) parsed.push_back(config::parse_change(change));
+  return config::read_robot(file, parsed);
+}
+
+CLI::Option* add_robot(CLI::App* command, RobotArgument& robot, const std::string& text) {
+  command
+      ->add_option("--set", robot.changes,
+                   "KEY=VALUE: use this value for a key of the robot file, such as cameras.lower.rate_hz=10;\n"
+                   "may be given more than once")
+      ->allow_extra_args(false);
+  return command->add_option("--robot", robot.file, text);
+}
+
 CLI::Option* add_renderer(CLI::App* command, std::optional<sim_povray::RendererKind>& kind) {
   return command
       ->add_option_function<std::string>(

@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "apps/config/robot_file.h"
 #include "apps/twocone/terminal.h"
 #include "base/errors.h"
 #include "drivers/sim_povray/place.h"
@@ -84,6 +85,18 @@ void add_log_level(CLI::App& program);
 
 /// Adds --renderer.
 CLI::Option* add_renderer(CLI::App* command, std::optional<sim_povray::RendererKind>& kind);
+
+/// The robot that a command line names.
+struct RobotArgument {
+  std::filesystem::path file;
+  std::vector<std::string> changes;  ///< KEY=VALUE
+
+  /// @throws config::FileError as config::parse_change and config::read_robot
+  [[nodiscard]] config::Robot read() const;
+};
+
+/// Adds --robot and --set. Returns --robot.
+CLI::Option* add_robot(CLI::App* command, RobotArgument& robot, const std::string& text);
 
 /// Adds an option with a check. --help shows its default value.
 template <typename Value>

@@ -110,7 +110,7 @@ void print_devices() {
 // ---- doctor
 
 struct DoctorArguments {
-  std::filesystem::path robot;
+  RobotArgument robot;
   doctor::Options doctor;
 };
 
@@ -161,7 +161,7 @@ class Terminal {
 };
 
 void doctor_with(const DoctorArguments& options) {
-  const config::Robot robot = config::read_robot(options.robot);
+  const config::Robot robot = options.robot.read();
   const std::atomic<bool>& stop = stop_on_signals();
   const SteadyClock clock;
   doctor::Report report;
@@ -180,7 +180,8 @@ void doctor_with(const DoctorArguments& options) {
   const std::string verdict = doctor::summary(report);
   fmt::print("{}\n{}\n", doctor::table(report), verdict);
   std::fflush(stdout);
-  if (report.has_failed()) throw CommandFailed("{}: a part failed; the table names what to do", options.robot.string());
+  if (report.has_failed())
+    throw CommandFailed("{}: a part failed; the table names what to do", options.robot.file.string());
 }
 
 }  // namespace
@@ -195,7 +196,7 @@ void add_doctor(CLI::App& program) {
   auto options = std::make_shared<DoctorArguments>();
   CLI::App* command = program.add_subcommand(
       "doctor", "Check a robot part by part: cameras, pair, drive, stop time; print faults and what to do");
-  command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
+  add_robot(command, options->robot, "Robot file (robots/lab_sim.yaml)")->required();
   add_checked(command, "--seconds", options->doctor.seconds, "Time for which each camera, and the pair, is measured",
               number_within(0.5, 3600));
   command->add_flag("--wheels-off-the-ground", options->doctor.wheels_off_the_ground,

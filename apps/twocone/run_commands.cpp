@@ -29,7 +29,7 @@ namespace {
 // ---- run
 
 struct RunArguments {
-  std::filesystem::path robot;
+  RobotArgument robot;
   std::filesystem::path resume;  ///< run folder; empty: a new run
   std::string method;            ///< empty: the robot file's
   std::optional<double> budget_ms;
@@ -68,7 +68,7 @@ std::string next_step(const runs::RunOptions& run) {
 void run_with(RunArguments options) {
   config::Robot robot;
   if (options.resume.empty()) {
-    robot = config::read_robot(options.robot);
+    robot = options.robot.read();
     options.run.method =
         options.method.empty() ? estimation::method_of(robot) : estimation::method_named(options.method);
     if (options.budget_ms) robot = with_budget(std::move(robot), options);
@@ -199,7 +199,7 @@ void add_run(CLI::App& program) {
   auto options = std::make_shared<RunArguments>();
   CLI::App* command =
       program.add_subcommand("run", "Drive a robot, range its landmarks, find its position; write a run folder");
-  auto* robot = command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)");
+  auto* robot = add_robot(command, options->robot, "Robot file (robots/lab_sim.yaml)");
   auto* resume = command->add_option("--resume", options->resume,
                                      "Run folder of a simulated run that was interrupted or killed: continue it with\n"
                                      "the same settings; takes no other option but --log-level");

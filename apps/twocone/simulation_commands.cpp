@@ -25,7 +25,7 @@ namespace {
 // ---- effects
 
 struct EffectsArguments {
-  std::filesystem::path robot;
+  RobotArgument robot;
   bool verify = false;
   std::filesystem::path verify_renderer;  // folder for the images; empty: not asked for
 };
@@ -112,7 +112,7 @@ void compare_renderers(const sim_povray::PlaceSettings& place, const sim_povray:
 }
 
 void effects_with(const EffectsArguments& options) {
-  const config::Robot robot = config::read_robot(options.robot);
+  const config::Robot robot = options.robot.read();
   const config::Map map = config::read_map(robot.map);
   const drivers::RobotSettings settings = config::to_robot_settings(robot, map, 1);
   if (!settings.world) {
@@ -181,7 +181,7 @@ void add_effects(CLI::App& program) {
   auto options = std::make_shared<EffectsArguments>();
   CLI::App* command =
       program.add_subcommand("effects", "List the effects that scene, map and robot use, why, and what they cost");
-  command->add_option("--robot", options->robot, "Robot file (robots/lab_sim.yaml)")->required();
+  add_robot(command, options->robot, "Robot file (robots/lab_sim.yaml)")->required();
   command->add_flag("--verify", options->verify,
                     "Render the first image with everything on and as chosen; compare pixels and time");
   command

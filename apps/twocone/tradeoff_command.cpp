@@ -23,7 +23,7 @@ namespace twocone::cli {
 namespace {
 
 struct TradeoffArguments {
-  std::filesystem::path robot;
+  RobotArgument robot;
   std::filesystem::path out;
   tradeoff::PlanOptions plan;
   std::optional<sim_povray::RendererKind> renderer;
@@ -56,7 +56,7 @@ void check(const TradeoffArguments& options) {
     throw CommandFailed("--write-robot: {} is no folder", folder.string());
   }
   std::error_code none_such;
-  if (std::filesystem::equivalent(options.write_robot, options.robot, none_such)) {
+  if (std::filesystem::equivalent(options.write_robot, options.robot.file, none_such)) {
     throw CommandFailed("--write-robot: {} is the robot that is swept, choose another name",
                         options.write_robot.string());
   }
@@ -138,7 +138,7 @@ void sweep_and_choose(const TradeoffArguments& options, const tradeoff::Subject&
 
 void tradeoff_with(TradeoffArguments options) {
   check(options);
-  const config::Robot robot = config::read_robot(options.robot);
+  const config::Robot robot = options.robot.read();
   config::Map map = config::read_map(robot.map);
   if (options.renderer) map.renderer = *options.renderer;
   const tradeoff::Plan plan = tradeoff::make_plan(robot, map, options.plan);
@@ -176,7 +176,7 @@ void add_tradeoff(CLI::App& program) {
   auto options = std::make_shared<TradeoffArguments>();
   CLI::App* command = program.add_subcommand(
       "tradeoff", "Measure what accuracy costs in time: image size, smoothing, estimator, landmarks, rate; choose");
-  command->add_option("--robot", options->robot, "Robot file of a simulated robot (robots/lab_sim.yaml)")->required();
+  add_robot(command, options->robot, "Robot file of a simulated robot (robots/lab_sim.yaml)")->required();
   command->add_option("--out", options->out,
                       "Folder of the sweep; a sweep that it holds in part is continued\n"
                       "(default: runs/ROBOT-tradeoff-seedN)");

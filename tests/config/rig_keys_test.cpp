@@ -84,7 +84,7 @@ TEST(RigKeys, ThroughANodeOfAnotherFileTheLensIsTheSame) {
   (void)folder.write("lens.yaml", read_text(data("good_camera_info.yaml")));
   const Robot direct = read_robot(file);
   YAML::Node run;
-  run["robot"] = load_robot_node(file);
+  run["robot"] = load_robot_node(direct);
   const Robot again = parse_robot(YAML::Load(YAML::Dump(run))["robot"], "/elsewhere/run.yaml");
   EXPECT_EQ(again.rig, direct.rig);
   EXPECT_TRUE(again.rig.lower.camera_info.is_absolute());

@@ -203,7 +203,7 @@ TEST(RobotFile, ThroughANodeOfAnotherFileItIsTheSameRobot) {
   // run.yaml works like this: the node is written below a key of another file, in another folder, and read again.
   const Robot direct = read_robot(data("good_robot.yaml"));
   YAML::Node run;
-  run["robot"] = load_robot_node(data("good_robot.yaml"));
+  run["robot"] = load_robot_node(direct);
   Robot again = parse_robot(YAML::Load(YAML::Dump(run))["robot"], "/elsewhere/run.yaml");
   EXPECT_EQ(again.file, "/elsewhere/run.yaml");
   again.file = direct.file;
@@ -245,7 +245,7 @@ TEST(RobotFile, OnDiskHasANameThatIsFitForAFolder) {
 TEST(RobotFile, ANodeOfARelativeFileHasAnAbsoluteMap) {
   const std::filesystem::path file = std::filesystem::relative(data("good_robot.yaml"));
   ASSERT_TRUE(file.is_relative());
-  const Robot robot = parse_robot(load_robot_node(file), "/elsewhere/run.yaml");
+  const Robot robot = parse_robot(load_robot_node(read_robot(file)), "/elsewhere/run.yaml");
   EXPECT_TRUE(robot.map.is_absolute()) << robot.map;
   EXPECT_EQ(robot.map.lexically_normal(), data("rooms/cellar.map.yaml").lexically_normal());
 }

@@ -37,7 +37,7 @@ TEST(OldFormats, ARobotFileIsReadWithThePresentNames) {
 
 // Catches old names that come back in run.yaml or in a file that calibrate writes.
 TEST(OldFormats, ARobotFileIsWrittenWithThePresentNames) {
-  const YAML::Node node = config::load_robot_node(old_file("robot.yaml"));
+  const YAML::Node node = config::load_robot_node(config::read_robot(old_file("robot.yaml")));
   YAML::Emitter out;
   out << node;
   EXPECT_THAT(out.c_str(), HasSubstr("shutter_samples: 2"));

@@ -384,7 +384,22 @@ void Section::complain_unknown() const {
   }
 }
 
-Reading::Reading(const YAML::Node& root, const std::filesystem::path& file) : file_(file.string()), node_(root) {}
+Reading::Reading(const YAML::Node& root, const std::filesystem::path& file, const std::vector<KeyChange>& changes)
+    : file_(file.string()), changes_(changes), node_(root) {}
+
+std::string Reading::place_of(const Complaint& complaint) const {
+  // Each text begins with the path of a key.
+  const std::string_view path = std::string_view(complaint.text).substr(0, complaint.text.find(' '));
+  const auto is_within = [](std::string_view inner, std::string_view outer) {
+    return inner == outer || (inner.starts_with(outer) && (inner[outer.size()] == '.' || inner[outer.size()] == '['));
+  };
+  for (const KeyChange& change : changes_) {
+    // A section that a change has added is in no line.
+    const bool is_added = complaint.line == 0 && is_within(change.key, path);
+    if (is_added || is_within(path, change.key)) return "--set " + to_string(change);
+  }
+  return complaint.line > 0 ? fmt::format("{}:{}", file_, complaint.line) : file_;
+}
 
 void Reading::complain(int line, std::string text) {
   const bool is_reported =
@@ -409,8 +424,7 @@ void Reading::finish() {
   std::ranges::stable_sort(complaints_, {}, &Complaint::line);
   std::vector<std::string> lines;
   for (const Complaint& complaint : complaints_) {
-    lines.push_back(complaint.line > 0 ? fmt::format("{}:{}: {}", file_, complaint.line, complaint.text)
-                                       : fmt::format("{}: {}", file_, complaint.text));
+    lines.push_back(fmt::format("{}: {}", place_of(complaint), complaint.text));
   }
   throw FileError("{}", fmt::join(lines, "\n"));
 }

@@ -13,6 +13,7 @@
 
 #include <yaml-cpp/node/node.h>
 
+#include "apps/config/key_change.h"
 #include "apps/config/map_file.h"
 
 /// Reads YAML strictly: no error is ignored, and all errors of a file are reported together.
@@ -145,7 +146,8 @@ class Section {
 class Reading {
  public:
   /// @param file named in messages
-  Reading(const YAML::Node& root, const std::filesystem::path& file);
+  /// @param changes already made to `root`; messages about their keys name the change instead of the line
+  Reading(const YAML::Node& root, const std::filesystem::path& file, const std::vector<KeyChange>& changes = {});
   Reading(const Reading&) = delete;
   Reading& operator=(const Reading&) = delete;
 
@@ -161,10 +163,13 @@ class Reading {
     int line;
     std::string text;
   };
+  /// Returns where the cause of a complaint is: FILE:LINE, FILE, or --set KEY=VALUE.
+  [[nodiscard]] std::string place_of(const Complaint& complaint) const;
   /// Adds a complaint once, since two parts may share the same text.
   void complain(int line, std::string text);
 
   std::string file_;
+  std::vector<KeyChange> changes_;
   YAML::Node node_;
   std::deque<Section> sections_;  ///< a deque keeps the addresses of the sections valid
   std::vector<Complaint> complaints_;
