@@ -30,6 +30,7 @@ void Evaluation::unsupported(const Token& token, std::string_view where) const {
 
 Token Evaluation::raw() {
   if (++tokens_ > settings_.most_tokens) {
+    is_over_ = true;
     fail(fmt::format("the scene has more than {} tokens to evaluate", settings_.most_tokens));
   }
   while (true) {
@@ -38,11 +39,15 @@ Token Evaluation::raw() {
     try {
       token = inputs_.back().lexer.next();
     } catch (const SceneError& error) {
+      is_over_ = true;
       throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, error.place.line, error.message)};
     }
     line_ = token.place.line;
     if (token.kind != Kind::kEnd || inputs_.size() == 1) return token;
-    if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
+    if (!inputs_.back().sections.empty()) {
+      is_over_ = true;
+      fail("an #if, #while, #for, #switch or #macro has no #end");
+    }
     inputs_.pop_back();
   }
 }
@@ -60,9 +65,19 @@ Token Evaluation::next() {
       case Kind::kName:
         name_ = token.text;
         continue;
-      case Kind::kDirective:
-        directive(token);
+      case Kind::kDirective: {
+        const std::size_t inputs = inputs_.size();
+        const std::size_t sections = inputs_.back().sections.size();
+        const int braces = braces_;
+        try {
+          directive(token);
+        } catch (const EvaluationError& error) {
+          if (!is_lenient() || is_over_) throw;
+          recover_from(token, braces, inputs, sections);
+          note(settings_.leniency->left_out, error.message);
+        }
         continue;
+      }
       case Kind::kWord:
         if (const auto* macro = find_as<Macro>(token.text)) {
           call_macro(Macro(*macro));
@@ -356,8 +371,14 @@ void Evaluation::call_macro(const Macro& macro) {
     arguments.insert_or_assign(parameter, value());
   }
   expect(')');
-  inputs_.push_back(
-      {macro.file, macro.body, true, {{SectionKind::kMacro}}, std::move(arguments), {}, std::move(references)});
+  inputs_.push_back({macro.file,
+                     macro.body,
+                     true,
+                     {{SectionKind::kMacro}},
+                     std::move(arguments),
+                     {},
+                     std::move(references),
+                     braces_});
 }
 
 void Evaluation::include() {
@@ -370,7 +391,7 @@ void Evaluation::include() {
   bytes_ += found->text.size();
   if (bytes_ > kMostIncludedBytes) fail(fmt::format("more than {} bytes are included", kMostIncludedBytes));
   files_.push_back({std::move(found->path), std::move(found->text)});
-  inputs_.push_back({&files_.back(), Lexer(files_.back().text)});
+  inputs_.push_back({.file = &files_.back(), .lexer = Lexer(files_.back().text), .braces = braces_});
 }
 
 void Evaluation::declare(bool local) {
@@ -389,8 +410,11 @@ void Evaluation::declare(bool local) {
   } catch (const EvaluationError& error) {
     // What the declaration says is lost, but only a use of it is an error. A macro that has been left cannot be
     // entered again.
-    if (inputs_.size() < inputs) throw;
-    while (inputs_.size() > inputs) inputs_.pop_back();
+    if (inputs_.size() < inputs || is_over_) throw;
+    while (inputs_.size() > inputs) {
+      braces_ = inputs_.back().braces;
+      inputs_.pop_back();
+    }
     // The parameters of a function stand before its braces.
     if (braces_ == braces && peek_symbol() == '(') {
       while (!raw().is(')')) {
@@ -402,6 +426,7 @@ void Evaluation::declare(bool local) {
       if (braces_ == braces && peek_symbol() == '{') (void)next();
     }
     set(std::string(name.text), Unusable{error.message}, local);
+    if (is_lenient()) skip_line(name.place.line);
     if (peek_symbol() == ';') (void)raw();
   }
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,6 +24,13 @@ bool changes_nothing(std::string_view word) {
   return word == "hollow" || word == "sturm" || word == "no_radiosity" || word == "radiosity";
 }
 
+/// Words of a scene that a lenient evaluation leaves out: they begin no shape.
+bool shows_no_shape(std::string_view word) {
+  static const std::set<std::string_view> kWords{
+      "background", "fog", "global_settings", "interior", "light_source", "media", "photons", "rainbow", "sky_sphere"};
+  return kWords.contains(word);
+}
+
 void move_texture(Texture& texture, const Transform& transform) {
   auto& steps = texture.pigment.steps;
   if (!steps.empty() && std::holds_alternative<Transform>(steps.back())) {
@@ -30,6 +38,12 @@ void move_texture(Texture& texture, const Transform& transform) {
   } else {
     steps.emplace_back(transform);
   }
+}
+
+/// Returns whether a part of the object only bounds that of the text.
+bool holds_bound(const Object& object) {
+  const auto* csg = std::get_if<Csg>(&object.shape);
+  return object.is_bound || (csg != nullptr && std::ranges::any_of(csg->parts, holds_bound));
 }
 
 void move_object(Object& object, const Transform& transform) {
@@ -55,8 +69,11 @@ Evaluation::Evaluation(std::string_view text, const std::string& path, const Inc
 }
 
 EvaluatedScene Evaluation::run() {
-  for (Token token = next(); token.kind != Token::Kind::kEnd; token = next()) read_item(token);
+  for (Token token = next(); token.kind != Token::Kind::kEnd; token = next()) {
+    attempt([&] { read_item(token); });
+  }
   if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
+  if (is_lenient()) return std::move(scene_);
   if ((!has_version_ || version_ < 3.7) && !has_assumed_gamma_) {
     fail("without '#version 3.7' or assumed_gamma, POV-Ray codes colours otherwise, which is not supported");
   }
@@ -67,6 +84,7 @@ EvaluatedScene Evaluation::run() {
 
 void Evaluation::read_item(const Token& token) {
   if (token.is(';')) return;
+  if (is_lenient() && (token.kind != Token::Kind::kWord || shows_no_shape(token.text))) return skip_argument();
   if (token.text == "global_settings") return read_global_settings();
   if (token.text == "light_source") {
     scene_.lights.push_back(read_light());
@@ -164,16 +182,22 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
       if (const auto* why = find_as<Unusable>(inner.text)) throw EvaluationError{why->why};
       unsupported(inner, "is not an object that is supported");
     }
-  } else if (const auto combination = kCombinations.find(word); combination != kCombinations.end()) {
+  } else if (const auto combination = kCombinations.find(is_lenient() && word == "light_group" ? "union" : word);
+             combination != kCombinations.end()) {
     name = open_block();
     object.shape = read_csg(combination->second);
   } else if (word == "box" || word == "sphere" || word == "cylinder" || word == "cone" || word == "disc" ||
-             word == "plane" || word == "torus" || word == "prism" || word == "quadric" || word == "polygon") {
+             word == "plane" || word == "torus" || word == "prism" || word == "quadric" || word == "polygon" ||
+             (is_lenient() && has_bound(word))) {
     name = open_block();
     // `box { Name ... }` is a declared object, as `object { Name ... }`.
     if (const auto* known = find_as<Object>(peek().text)) {
       object = *known;
       (void)next();
+    } else if (has_bound(word)) {
+      object.shape = read_bound(word);
+      object.is_bound = true;
+      note(settings_.leniency->bounded, fmt::format("{}:{}: {}", *file, line, word));
     } else {
       object.shape = read_shape(word);
     }
@@ -270,7 +294,9 @@ Shape Evaluation::read_shape(const std::string& word) {
   (void)accept("linear_sweep");
   const Token here = peek();
   if (here.kind == Token::Kind::kWord && (here.text.ends_with("_spline") || here.text == "conic_sweep")) {
-    unsupported(here, "is not supported in a prism");
+    // The points of a curve stand for it.
+    if (!is_lenient() || here.text == "conic_sweep") unsupported(here, "is not supported in a prism");
+    (void)next();
   }
   prism.low = number();
   prism.high = next_number();
@@ -286,8 +312,20 @@ Csg Evaluation::read_csg(Combination combination) {
   Csg csg{combination, {}};
   while (true) {
     const Token token = next();
-    if (auto part = read_object(token)) {
-      csg.parts.push_back(*std::move(part));
+    bool is_part = false;
+    const bool is_known = attempt([&] {
+      if (auto part = read_object(token)) {
+        is_part = true;
+        // What is cut off by a box in place of a shape would be too much.
+        const bool is_cut_off = combination == Combination::kDifference && !csg.parts.empty();
+        if (!is_cut_off || !holds_bound(*part)) csg.parts.push_back(*std::move(part));
+      }
+    });
+    // Without its first part nothing is left of a difference.
+    if (!is_known && combination == Combination::kDifference && csg.parts.empty()) fail("its first part is not known");
+    if (is_part || !is_known) continue;
+    if (is_lenient() && shows_no_shape(token.text)) {
+      skip_argument();
       continue;
     }
     if (token.text == "light_source") unsupported(token, "in a union is not supported");
@@ -329,14 +367,19 @@ bool Evaluation::read_object_part(const Token& token, Object& object) {
     object.texture = std::make_shared<const Texture>(std::move(texture));
   };
   Placing placing;
+  // A pigment that is not understood has no entries.
+  const auto attempt_texture = [&](auto read) {
+    if (!attempt(read, false)) edit_texture([](Texture& texture) { texture.pigment = {.entries = {}}; });
+  };
   if (read_transformation(token, placing)) {
     place(object, placing);
   } else if (word == "texture") {
-    object.texture = std::make_shared<const Texture>(read_texture());
+    attempt_texture([&] { object.texture = std::make_shared<const Texture>(read_texture()); });
   } else if (word == "pigment") {
-    edit_texture([this](Texture& texture) { texture.pigment = change_pigment(texture.pigment); });
+    attempt_texture(
+        [&] { edit_texture([this](Texture& texture) { texture.pigment = change_pigment(texture.pigment); }); });
   } else if (word == "finish") {
-    edit_texture([this](Texture& texture) { texture.finish = change_finish(texture.finish); });
+    attempt([&] { edit_texture([this](Texture& texture) { texture.finish = change_finish(texture.finish); }); }, false);
   } else if (word == "no_shadow") {
     object.no_shadow = flag();
   } else if (word == "no_image") {
@@ -364,6 +407,11 @@ bool Evaluation::read_object_part(const Token& token, Object& object) {
 void Evaluation::read_object_parts(Object& object) {
   for (Token token = next(); !token.is('}'); token = next()) {
     if (read_object_part(token, object)) continue;
+    if (token.kind == Token::Kind::kEnd) is_over_ = true;
+    if (is_lenient() && !is_over_) {
+      read_bound_part(token, object);
+      continue;
+    }
     if (const auto* why = find_as<Unusable>(token.text)) throw EvaluationError{why->why};
     unsupported(token, "is not supported in an object");
   }
@@ -440,6 +488,10 @@ PerspectiveCamera Evaluation::read_camera() {
     } else if (word == "angle") {
       angle_deg = number();
     } else if (!read_transformation(token, placing)) {
+      if (is_lenient() && token.kind != Token::Kind::kEnd) {
+        skip_argument();
+        continue;
+      }
       if (const auto* why = find_as<Unusable>(word)) throw EvaluationError{why->why};
       unsupported(token, "is not supported in a camera");
     }

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "apps/new_scene/parts.h"
+#include "vision/hue_labels.h"
+
+namespace twocone::new_scene {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+/// Two hues whose windows (vision::HueLabels) do not touch.
+constexpr double kApart_rad = 2 * vision::HueLabels::kHueWindow_rad;
+/// A landmark that covers half of a pixel must still have the least saturation that vision accepts, in front of a
+/// surface a little darker than itself.
+constexpr double kLeastSaturation = 0.75;
+constexpr double kLeastBrightness = 0.15;
+/// Landmarks that both mirrors see: above the tip of the upper one, not too thin to be outlined, not a wall.
+constexpr double kLeastTop_m = 0.75, kGreatestTop_m = 3;
+constexpr double kLeastRadius_m = 0.03, kGreatestRadius_m = 0.6;
+/// Added landmarks: those of the lab.
+constexpr double kRadius_m = 0.15, kTop_m = 0.90;
+/// Distances at which both mirrors see the top of an added landmark, the best first. A ray by the lower rim, 0.43 m
+/// high, rises by 0.06 / 0.18: nearer than 1.41 m it passes below the top.
+constexpr std::array kDistances_m{2.4, 2.2, 2.6, 2.0, 2.8, 1.8, 3.0, 1.6, 3.4, 1.5, 1.3, 1.1};
+constexpr int kMostAdded = 6;
+constexpr int kFewest = 3;
+
+struct Hue {
+  const char* name;
+  std::array<double, 3> colour;
+};
+/// Hues 30 degrees apart; the first six are the lab's. The program prefers them in this order.
+constexpr double kLow = 0.03, kHigh = 0.8, kMiddle = 0.4;
+constexpr std::array<Hue, 12> kHues{{{"red", {kHigh, kLow, kLow}},
+                                     {"green", {kLow, kHigh, kLow}},
+                                     {"blue", {kLow, kLow, kHigh}},
+                                     {"cyan", {kLow, kHigh, kHigh}},
+                                     {"magenta", {kHigh, kLow, kHigh}},
+                                     {"yellow", {kHigh, kHigh, kLow}},
+                                     {"azure", {kLow, kMiddle, kHigh}},
+                                     {"violet", {kMiddle, kLow, kHigh}},
+                                     {"rose", {kHigh, kLow, kMiddle}},
+                                     {"spring", {kLow, kHigh, kMiddle}},
+                                     {"orange", {kHigh, kMiddle, kLow}},
+                                     {"lime", {kMiddle, kHigh, kLow}}}};
+
+double saturation(const std::array<double, 3>& c) {
+  const auto [least, greatest] = std::ranges::minmax(c);
+  return greatest > 0 ? (greatest - least) / greatest : 0;
+}
+
+/// Angle about the grey axis. Requires a colour that is not grey.
+double hue_rad(const std::array<double, 3>& c) {
+  return std::atan2(std::sqrt(3.0) * (c[1] - c[2]), 2 * c[0] - c[1] - c[2]);
+}
+
+double apart_rad(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return std::abs(base::wrap_angle_rad(hue_rad(a) - hue_rad(b)));
+}
+
+std::array<double, 3> as_array(const sim_povray::Colour& c) { return {c.x, c.y, c.z}; }
+
+/// Returns the name of the nearest hue.
+std::string name_of(const std::array<double, 3>& colour) {
+  return std::ranges::min_element(kHues, {}, [&](const Hue& hue) { return apart_rad(hue.colour, colour); })->name;
+}
+
+double distance_m(const FloorPoint& a, const FloorPoint& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
+
+/// Returns whether nothing of the scene is on the line between two points but the last `left_m` of it.
+bool is_in_sight(const SceneGeometry& geometry, const WorldFrame& frame, const Vec3& from, const Vec3& to,
+                 double left_m) {
+  const Vec3 way = to - from;
+  const double most = length(way) - left_m / frame.unit_m;
+  return most <= 0 || !geometry.nearest(from, normalized(way), most);
+}
+
+/// The hues that may be added, the best first.
+std::vector<Hue> free_hues(const SceneGeometry& geometry, const std::vector<FoundLandmark>& present,
+                           std::vector<std::string>& warnings) {
+  // In scenes of other gamma, colours are more saturated than their text says.
+  constexpr double kStrong = 0.4;
+  std::vector<std::array<double, 3>> held;
+  for (const sim_povray::Colour& colour : geometry.colours()) {
+    const auto c = as_array(colour);
+    if (saturation(c) >= kStrong && std::ranges::max(c) >= kLeastBrightness) held.push_back(c);
+  }
+  std::vector<Hue> chosen;
+  const auto add = [&](bool is_free) {
+    for (const Hue& hue : kHues) {
+      const auto is_near = [&](const std::array<double, 3>& c) { return apart_rad(c, hue.colour) < kApart_rad; };
+      const bool is_taken =
+          std::ranges::any_of(present, [&](const FoundLandmark& f) { return is_near(f.landmark.colour); }) ||
+          std::ranges::any_of(chosen, [&](const Hue& other) { return is_near(other.colour); });
+      if (is_taken || int(chosen.size()) == kMostAdded || std::ranges::any_of(held, is_near) == is_free) continue;
+      chosen.push_back(hue);
+    }
+  };
+  add(true);
+  const std::size_t free = chosen.size();
+  if (int(present.size() + free) < kFewest + 1) add(false);
+  if (free < chosen.size()) {
+    std::string names;
+    for (std::size_t i = free; i < chosen.size(); ++i)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", chosen[i].name);
+    warnings.push_back(
+        fmt::format("the scene has things of the same hue as the added landmarks {}: vision may take one "
+                    "for the other",
+                    names));
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const WorldFrame& frame,
+                                           const FloorPoint& centre, std::vector<std::size_t>& solids,
+                                           std::vector<std::string>& warnings) {
+  std::vector<FoundLandmark> found;
+  std::vector<std::size_t> of_found;
+  constexpr double kHalf_m = FloorGrid::kCell_m * FloorGrid::kCells / 2;
+  for (const auto& cylinder : geometry.cylinders()) {
+    if (!cylinder.colour) continue;
+    const auto colour = as_array(*cylinder.colour);
+    if (saturation(colour) < kLeastSaturation || std::ranges::max(colour) < kLeastBrightness) continue;
+    const double base_m = (cylinder.base.y - frame.floor) * frame.unit_m;
+    Landmark landmark{.name = name_of(colour),
+                      .colour = colour,
+                      .x_m = cylinder.base.x * frame.unit_m,
+                      .y_m = cylinder.base.z * frame.unit_m,
+                      .radius_m = cylinder.radius * frame.unit_m,
+                      .top_m = base_m + cylinder.height * frame.unit_m};
+    for (double& part : landmark.colour) part = std::clamp(part, 0.0, 1.0);
+    if (base_m > FloorGrid::kLow_m || landmark.top_m < kLeastTop_m || landmark.top_m > kGreatestTop_m) continue;
+    if (landmark.radius_m < kLeastRadius_m || landmark.radius_m > kGreatestRadius_m) continue;
+    if (std::abs(landmark.x_m - centre.x_m) > kHalf_m || std::abs(landmark.y_m - centre.y_m) > kHalf_m) continue;
+    // A thing that stands on it hides the edge of its top.
+    if (geometry.nearest(frame.scene(landmark.x_m, landmark.y_m, landmark.top_m + 0.001), {0, 1, 0},
+                         0.05 / frame.unit_m)) {
+      continue;
+    }
+    found.push_back({landmark, geometry.solids()[cylinder.solid].place});
+    of_found.push_back(cylinder.solid);
+  }
+  std::vector<FoundLandmark> result;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const auto has_its_hue = [&](const FoundLandmark& other) {
+      return apart_rad(found[i].landmark.colour, other.landmark.colour) < vision::HueLabels::kHueWindow_rad;
+    };
+    if (std::ranges::count_if(found, has_its_hue) > 1) {  // one is itself
+      warnings.push_back(fmt::format("{}: no landmark, because another cylinder has its hue, {}", found[i].place,
+                                     found[i].landmark.name));
+      continue;
+    }
+    int number = 1;
+    const std::string name = found[i].landmark.name;
+    while (std::ranges::any_of(result,
+                               [&](const FoundLandmark& r) { return r.landmark.name == found[i].landmark.name; })) {
+      found[i].landmark.name = fmt::format("{} {}", name, ++number);
+    }
+    result.push_back(found[i]);
+    solids.push_back(of_found[i]);
+  }
+  return result;
+}
+
+bool sees(const SceneGeometry& geometry, const WorldFrame& frame, const FloorPoint& from, const Landmark& landmark) {
+  constexpr double kFarthest_m = 6;
+  const double distance = distance_m(from, {landmark.x_m, landmark.y_m});
+  if (distance > kFarthest_m || distance < landmark.radius_m + StandardRobot::kRadius_m) return false;
+  for (const double eye_m : {StandardRobot::kLowerTip_m, StandardRobot::kUpperTip_m}) {
+    const Vec3 eye = frame.scene(from.x_m, from.y_m, eye_m);
+    // Both edges of its top, a little below.
+    for (const double side : {-0.7, 0.7}) {
+      const double across_x = -(landmark.y_m - from.y_m) / distance * side * landmark.radius_m;
+      const double across_y = (landmark.x_m - from.x_m) / distance * side * landmark.radius_m;
+      const Vec3 top = frame.scene(landmark.x_m + across_x, landmark.y_m + across_y, landmark.top_m - 0.03);
+      if (!is_in_sight(geometry, frame, eye, top, landmark.radius_m + 0.02)) return false;
+    }
+  }
+  return true;
+}
+
+std::vector<FoundLandmark> added_landmarks(const SceneGeometry& geometry, const WorldFrame& frame,
+                                           const FloorGrid& grid, const FloorPoint& start,
+                                           const std::vector<FoundLandmark>& present,
+                                           std::vector<std::string>& warnings) {
+  const std::vector<Hue> hues = free_hues(geometry, present, warnings);
+  std::vector<FoundLandmark> added;
+  const auto stands_well = [&](const Landmark& landmark) {
+    const FloorPoint place{landmark.x_m, landmark.y_m};
+    if (grid.clearance_m(place) < kRadius_m + FloorGrid::kCell_m) return false;
+    for (const auto* others : {&present, &std::as_const(added)}) {
+      for (const FoundLandmark& other : *others) {
+        if (distance_m(place, {other.landmark.x_m, other.landmark.y_m}) < 1.0) return false;
+      }
+    }
+    return sees(geometry, frame, start, landmark);
+  };
+  for (std::size_t k = 0; k < hues.size(); ++k) {
+    Landmark landmark{.name = hues[k].name, .colour = hues[k].colour, .radius_m = kRadius_m, .top_m = kTop_m};
+    const auto place = [&] {
+      for (const double turned_deg : {0.0, 10.0, -10.0, 20.0, -20.0, 28.0, -28.0}) {
+        // Not a regular polygon: the sides differ, so that few landmarks are not mistaken for each other's places.
+        const double angle_rad = (25 + 360.0 * double(k) / double(hues.size()) + turned_deg) * kDegree;
+        for (const double d : kDistances_m) {
+          landmark.x_m = start.x_m + d * std::cos(angle_rad);
+          landmark.y_m = start.y_m + d * std::sin(angle_rad);
+          if (stands_well(landmark)) return true;
+        }
+      }
+      return false;
+    };
+    if (place()) added.push_back({landmark, ""});
+  }
+  if (int(present.size() + added.size()) < kFewest) {
+    throw NoPlace("there is room for {} landmarks in sight of the start ({:.2f}, {:.2f}) m, and {} are needed",
+                  present.size() + added.size(), start.x_m, start.y_m, kFewest);
+  }
+  return added;
+}
+
+}  // namespace twocone::new_scene
