@@ -13,8 +13,8 @@
 namespace twocone::new_scene {
 namespace {
 
-/// A floor's normal, within a degree of the vertical: cos(1 degree).
-constexpr double kLevel = 0.99985;
+/// A floor is flat: its normals are vertical to within rounding. The ground of a landscape is none.
+constexpr double kLevel = 1 - 1e-10;
 /// Rays through the scene's own image.
 constexpr int kColumns = 96, kRows = 72;
 /// A floor that fills less of the image is a detail of it.
@@ -138,6 +138,10 @@ Floor find_floor(const SceneGeometry& geometry, const RoomSettings& settings) {
   const double height = around ? around->high.y - around->low.y : camera ? std::abs(camera->location.y) : 1;
   // Heights of one floor agree to within rounding.
   const double step = std::max(1e-9, 1e-5 * height);
+  if (camera && std::abs(camera->right.y) > 0.5 * length(camera->right)) {
+    throw NoPlace("{}: its camera does not stand upright: a robot needs a scene in which y is up",
+                  settings.scene.string());
+  }
   std::map<long, Level> levels;
   const Level* level = nullptr;
   if (camera) {
@@ -179,16 +183,14 @@ Floor find_floor(const SceneGeometry& geometry, const RoomSettings& settings) {
     floor.why_unit = fmt::format("estimated: the scene is taken as {} m across; --unit-m changes it", kAcross_m);
   }
 
-  // The floor near the camera is where the scene's author looked.
-  constexpr double kNear_m = 10;
+  // The nearer half of what the camera shows of the floor is where the scene's author looked: horizons are far.
+  std::vector<Seen> seen = level->seen;
+  std::ranges::sort(seen, {}, &Seen::distance);
+  if (is_shown) seen.resize((seen.size() + 1) / 2);
   std::vector<double> x, y;
-  for (const bool near : {true, false}) {
-    for (const Seen& seen : level->seen) {
-      if (near && seen.distance * floor.unit_m > kNear_m) continue;
-      x.push_back(seen.surface.point.x * floor.unit_m);
-      y.push_back(seen.surface.point.z * floor.unit_m);
-    }
-    if (!x.empty()) break;
+  for (const Seen& one : seen) {
+    x.push_back(one.surface.point.x * floor.unit_m);
+    y.push_back(one.surface.point.z * floor.unit_m);
   }
   floor.centre = {median(x), median(y)};
   return floor;

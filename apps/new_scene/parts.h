@@ -17,6 +17,9 @@ using sim_povray::Bounds3;
 using sim_povray::SceneGeometry;
 using sim_povray::Vec3;
 
+/// A robot finds its place by three landmarks; with two there are two places.
+constexpr std::size_t kFewestLandmarks = 3;
+
 /// Where the floor is and how large the scene is meant.
 struct Floor {
   double y = 0;       ///< in POV-Ray units
@@ -66,7 +69,9 @@ class FloorGrid {
  private:
   void add_solid(const SceneGeometry& geometry, const WorldFrame& frame, std::size_t solid);
   /// @param box of cells that `cells` covers
-  void add_cells(const cv::Mat& cells, const cv::Rect& box, const std::string& what);
+  void keep_within(cv::Mat& cells, const Bounds& bounds) const;
+  static void fill_small_holes(cv::Mat& cells);
+  void add_cells(cv::Mat cells, const cv::Rect& box, const std::string& what);
   void mark(const config::Obstacle& obstacle);
   [[nodiscard]] std::vector<FoundObstacle> rectangles_of(cv::Mat cells, const cv::Point& corner,
                                                          const std::string& what) const;
@@ -86,7 +91,7 @@ std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const 
                                            std::vector<std::string>& warnings);
 /// Returns whether the robot at `from` sees the landmark's top in both mirrors.
 bool sees(const SceneGeometry& geometry, const WorldFrame& frame, const FloorPoint& from, const Landmark& landmark);
-/// Returns landmarks to be added around the start, in hues that are not among the scene's. @throws NoPlace: too few fit
+/// Returns landmarks to be added around the start, in hues that are not among the scene's; as many as have room.
 std::vector<FoundLandmark> added_landmarks(const SceneGeometry& geometry, const WorldFrame& frame,
                                            const FloorGrid& grid, const FloorPoint& start,
                                            const std::vector<FoundLandmark>& present,

@@ -74,7 +74,7 @@ Token Evaluation::next() {
         } catch (const EvaluationError& error) {
           if (!is_lenient() || is_over_) throw;
           recover_from(token, braces, inputs, sections);
-          note(settings_.leniency->left_out, error.message);
+          note(notes_.left_out, error.message);
         }
         continue;
       }
@@ -396,20 +396,32 @@ void Evaluation::include() {
 
 void Evaluation::declare(bool local) {
   const Level level(*this);
-  const Token name = raw();
+  Token name = raw();
+  if (name.text == "deprecated") {  // [once] ["what to use instead"]
+    name = raw();
+    if (name.text == "once") name = raw();
+    if (name.kind == Kind::kString) name = raw();
+  }
   if (name.kind != Kind::kWord) unsupported(name, "is not a name that can be declared");
   check_assignable(name.text, local);
   expect('=');
   const int braces = braces_;
   const std::size_t inputs = inputs_.size();
+  Leniency notes = std::exchange(notes_, {});
+  const auto keep_notes = [&] {
+    std::swap(notes, notes_);
+    if (is_lenient()) notes_of_declared_.insert_or_assign(std::string(name.text), std::move(notes));
+  };
   try {
     // Reading the value may change which names exist, but not who declares this one.
     Value declared = value();
     if (peek_symbol() == ';') (void)raw();
     set(std::string(name.text), std::move(declared), local);
+    keep_notes();
   } catch (const EvaluationError& error) {
     // What the declaration says is lost, but only a use of it is an error. A macro that has been left cannot be
     // entered again.
+    keep_notes();
     if (inputs_.size() < inputs || is_over_) throw;
     while (inputs_.size() > inputs) {
       braces_ = inputs_.back().braces;

@@ -177,7 +177,7 @@ class Evaluation {
     } catch (const EvaluationError& error) {
       if (!is_lenient() || is_over_) throw;
       recover(braces, inputs);
-      if (is_noted) note(settings_.leniency->left_out, error.message);
+      if (is_noted) note(notes_.left_out, error.message);
       return false;
     }
   }
@@ -186,6 +186,8 @@ class Evaluation {
   /// Goes on behind a directive that failed. @param braces,inputs,sections those that were open before it
   void recover_from(const Token& token, int braces, std::size_t inputs, std::size_t sections);
   static void note(std::vector<std::string>& list, const std::string& message);
+  /// What a declared object lacks counts where the object is used.
+  void note_use(std::string_view name);
   void skip_line(int line);
   /// Reads a shape for which has_bound() holds, as a simple one around it.
   Shape read_bound(std::string_view word);
@@ -261,6 +263,8 @@ class Evaluation {
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
+  Leniency notes_;  // of what is being read: of a declaration, else of the scene
+  std::map<std::string, Leniency, std::less<>> notes_of_declared_;
   bool is_over_ = false;   // nothing can be read any more
   int line_ = 1;           // of the last token read
   std::string_view name_;  // the last name comment read

@@ -38,6 +38,13 @@ void Evaluation::note(std::vector<std::string>& list, const std::string& message
   if (std::ranges::find(list, message) == list.end()) list.push_back(message);
 }
 
+void Evaluation::note_use(std::string_view name) {
+  const auto found = notes_of_declared_.find(name);
+  if (found == notes_of_declared_.end()) return;
+  for (const std::string& message : found->second.left_out) note(notes_.left_out, message);
+  for (const std::string& message : found->second.bounded) note(notes_.bounded, message);
+}
+
 void Evaluation::recover(int braces, std::size_t inputs) {
   while (inputs_.size() > inputs) {
     braces_ = inputs_.back().braces;
@@ -133,7 +140,9 @@ Shape Evaluation::read_bound(std::string_view word) {
     } else {
       (void)string();
     }
+    comma();
     const std::string letters = string();
+    comma();
     // No letter of POV-Ray's fonts is wider than it is high.
     return Box{{0, -0.35, 0}, {double(letters.size()), 1, next_number()}};
   }
@@ -168,7 +177,8 @@ Shape Evaluation::read_bound(std::string_view word) {
       } else if (token.text == "component") {
         (void)next_number();
         const double radius = next_number();
-        parts.parts.push_back({.shape = Sphere{next_vector(), radius}});
+        parts.parts.push_back(
+            {.shape = Sphere{next_vector(), radius}, .file = inputs_.back().file->shared_path, .line = line_});
       } else if (auto part = read_object(token)) {
         parts.parts.push_back(*std::move(part));
       } else {

@@ -46,6 +46,19 @@ bool holds_bound(const Object& object) {
   return object.is_bound || (csg != nullptr && std::ranges::any_of(csg->parts, holds_bound));
 }
 
+/// Returns a box around the prism with `conic_sweep`, whose section at height y is the contour times y.
+Box box_of_conic(const Prism& prism) {
+  Box box{{0, prism.low, 0}, {0, prism.high, 0}};
+  const double most = std::max(std::abs(prism.low), std::abs(prism.high));
+  for (const Contour& contour : prism.contours) {
+    for (const auto& [x, z] : contour) {
+      box.low = {std::min(box.low.x, most * x), box.low.y, std::min(box.low.z, most * z)};
+      box.high = {std::max(box.high.x, most * x), box.high.y, std::max(box.high.z, most * z)};
+    }
+  }
+  return box;
+}
+
 void move_object(Object& object, const Transform& transform) {
   if (object.texture != nullptr && object.texture->pigment.pattern != Pattern::kColour) {
     Texture texture = *object.texture;
@@ -73,7 +86,10 @@ EvaluatedScene Evaluation::run() {
     attempt([&] { read_item(token); });
   }
   if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
-  if (is_lenient()) return std::move(scene_);
+  if (is_lenient()) {
+    *settings_.leniency = std::move(notes_);
+    return std::move(scene_);
+  }
   if ((!has_version_ || version_ < 3.7) && !has_assumed_gamma_) {
     fail("without '#version 3.7' or assumed_gamma, POV-Ray codes colours otherwise, which is not supported");
   }
@@ -175,6 +191,7 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
     name = open_block();
     const Token inner = next();
     if (const auto* known = find_as<Object>(inner.text)) {
+      note_use(inner.text);
       object = *known;
     } else if (auto read = read_object(inner)) {
       object = *std::move(read);
@@ -192,12 +209,13 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
     name = open_block();
     // `box { Name ... }` is a declared object, as `object { Name ... }`.
     if (const auto* known = find_as<Object>(peek().text)) {
+      note_use(peek().text);
       object = *known;
       (void)next();
     } else if (has_bound(word)) {
       object.shape = read_bound(word);
       object.is_bound = true;
-      note(settings_.leniency->bounded, fmt::format("{}:{}: {}", *file, line, word));
+      note(notes_.bounded, fmt::format("{}:{}: {}", *file, line, word));
     } else {
       object.shape = read_shape(word);
     }
@@ -290,12 +308,13 @@ Shape Evaluation::read_shape(const std::string& word) {
     return Polygon{read_contours(int(count))};
   }
   Prism prism{};
-  (void)accept("linear_spline");
-  (void)accept("linear_sweep");
-  const Token here = peek();
-  if (here.kind == Token::Kind::kWord && (here.text.ends_with("_spline") || here.text == "conic_sweep")) {
-    // The points of a curve stand for it.
-    if (!is_lenient() || here.text == "conic_sweep") unsupported(here, "is not supported in a prism");
+  bool is_conic = false;
+  for (Token here = peek(); here.text.ends_with("_spline") || here.text.ends_with("_sweep"); here = peek()) {
+    if (!here.text.starts_with("linear_")) {
+      // The points of a curve stand for it.
+      if (!is_lenient()) unsupported(here, "is not supported in a prism");
+      is_conic = is_conic || here.text == "conic_sweep";
+    }
     (void)next();
   }
   prism.low = number();
@@ -305,11 +324,13 @@ Shape Evaluation::read_shape(const std::string& word) {
   prism.contours = read_contours(int(count));
   (void)accept(',');
   prism.open = accept("open");
+  if (is_conic) return box_of_conic(prism);
   return prism;
 }
 
 Csg Evaluation::read_csg(Combination combination) {
   Csg csg{combination, {}};
+  bool has_lights = false;
   while (true) {
     const Token token = next();
     bool is_part = false;
@@ -324,12 +345,17 @@ Csg Evaluation::read_csg(Combination combination) {
     // Without its first part nothing is left of a difference.
     if (!is_known && combination == Combination::kDifference && csg.parts.empty()) fail("its first part is not known");
     if (is_part || !is_known) continue;
-    if (is_lenient() && shows_no_shape(token.text)) {
+    if (is_lenient() && token.text == "light_source") {
+      has_lights = true;
       skip_argument();
       continue;
     }
     if (token.text == "light_source") unsupported(token, "in a union is not supported");
     put_back(token);
+    if (has_lights && csg.parts.empty()) {
+      // A union of lights shows nothing.
+      csg.parts.push_back({.shape = Sphere{{}, 0}, .file = inputs_.back().file->shared_path, .line = line_});
+    }
     if (csg.parts.empty()) unsupported(token, "stands where the first part of a union, difference, ... is expected");
     return csg;
   }
