@@ -220,6 +220,10 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
       object.shape = read_shape(word);
     }
   } else {
+    // In a union, what is no shape ends the list of parts.
+    if (is_lenient() && (word == "cubic" || word == "ovus" || word == "poly" || word == "quartic")) {
+      unsupported(token, "is a shape that is not supported");
+    }
     return std::nullopt;
   }
   read_object_parts(object);
