@@ -88,9 +88,18 @@ std::vector<Hue> free_hues(const SceneGeometry& geometry, const std::vector<Foun
   // In scenes of other gamma, colours are more saturated than their text says.
   constexpr double kStrong = 0.4;
   std::vector<std::array<double, 3>> held;
-  for (const sim_povray::Colour& colour : geometry.colours()) {
+  const auto is_strong = [](const sim_povray::Colour& colour) {
     const auto c = as_array(colour);
-    if (saturation(c) >= kStrong && std::ranges::max(c) >= kLeastBrightness) held.push_back(c);
+    return saturation(c) >= kStrong && std::ranges::max(c) >= kLeastBrightness;
+  };
+  std::vector<sim_povray::Colour> colours = geometry.colours();
+  const std::vector<sim_povray::Colour> sky = geometry.sky_colours();
+  if (std::ranges::any_of(sky, is_strong)) {
+    warnings.emplace_back("the sky has a strong colour: vision needs pale surroundings, and may find no landmark");
+  }
+  colours.insert(colours.end(), sky.begin(), sky.end());
+  for (const sim_povray::Colour& colour : colours) {
+    if (is_strong(colour)) held.push_back(as_array(colour));
   }
   std::vector<Hue> chosen;
   const auto add = [&](bool is_free) {

@@ -157,4 +157,10 @@ std::vector<Colour> SceneGeometry::colours() const {
   return colours;
 }
 
+std::vector<Colour> SceneGeometry::sky_colours() const {
+  std::vector<Colour> colours{scene_->scene().background};
+  if (scene_->scene().sky) collect(*scene_->scene().sky, colours);
+  return colours;
+}
+
 }  // namespace twocone::sim_povray

@@ -61,8 +61,9 @@ class SceneGeometry {
 
   /// The scene's camera, the last one of its text. Nothing: it has none whose place is understood.
   [[nodiscard]] const std::optional<PerspectiveCamera>& camera() const;
-  /// Returns the colours that the text gives to its shapes, as far as it is understood.
+  /// Return the colours that the text gives to its shapes and to its sky, as far as it is understood.
   [[nodiscard]] std::vector<Colour> colours() const;
+  [[nodiscard]] std::vector<Colour> sky_colours() const;
 
   /// Statements that are left out and shapes that are replaced by simple ones: `FILE:LINE: why`.
   [[nodiscard]] const std::vector<std::string>& left_out() const { return left_out_; }

@@ -142,6 +142,18 @@ expect 'compare onto a robot file' 1 'small.yaml exists: --force replaces it' ba
 expect 'compare with too few frames' 2 'frames: Value 3 not in range' bash -c 'compare none none --frames 3'
 [ -e "$work/comparison" ] && fail 'compare: a folder was left behind'
 expect 'compare onto a file' 1 'cannot make .*file' "$twocone" compare none none --out "$work/file"
+expect 'new of nothing' 2 'SCENE is required' "$twocone" new --out "$work/new"
+expect 'new without a folder' 2 'out is required' "$twocone" new scenes/lab.pov
+expect 'new of no scene' 1 'nowhere.pov: no such scene file' "$twocone" new scenes/nowhere.pov --out "$work/new"
+expect 'new of a scene with an open brace' 1 'open_brace.pov:[0-9]+:[0-9]+' "$twocone" new scenes/open_brace.pov --out "$work/new"
+echo 'sphere { 0, 1 } camera { location -5*z look_at 0 }' >scenes/no_floor.pov
+expect 'new of a scene without floor' 1 'no_floor.pov: no floor was found' "$twocone" new scenes/no_floor.pov --out "$work/new"
+expect 'new of a scene without room' 1 'has no room for a robot of 0.2 m radius' "$twocone" new scenes/lab.pov --unit-m 0.001 --out "$work/new"
+expect 'new with a unit of 0' 2 "unit-m: '0' must be a number" "$twocone" new scenes/lab.pov --unit-m 0 --out "$work/new"
+expect 'new onto the scene itself' 1 'the wrapper would replace the scene' "$twocone" new scenes/lab.pov --out scenes
+[ -e "$work/new" ] && fail 'new: a folder was left behind'
+mkdir "$work/new" && touch "$work/new/lab.yaml"
+expect 'new onto a robot file' 1 'lab.yaml exists: --force replaces it' "$twocone" new scenes/lab.pov --out "$work/new"
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'misspelt option' 2 "unknown option '--frame', did you mean --frames\\? \\(see twocone run --help\\)" "$twocone" run --robot robots/small.yaml --frame 3

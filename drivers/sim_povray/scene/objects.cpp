@@ -26,8 +26,9 @@ bool changes_nothing(std::string_view word) {
 
 /// Words of a scene that a lenient evaluation leaves out: they begin no shape.
 bool shows_no_shape(std::string_view word) {
-  static const std::set<std::string_view> kWords{
-      "background", "fog", "global_settings", "interior", "light_source", "media", "photons", "rainbow", "sky_sphere"};
+  static const std::set<std::string_view> kWords{"finish",       "fog",      "global_settings", "interior",
+                                                 "light_source", "material", "media",           "normal",
+                                                 "photons",      "pigment",  "rainbow",         "texture"};
   return kWords.contains(word);
 }
 
@@ -83,7 +84,8 @@ Evaluation::Evaluation(std::string_view text, const std::string& path, const Inc
 
 EvaluatedScene Evaluation::run() {
   for (Token token = next(); token.kind != Token::Kind::kEnd; token = next()) {
-    attempt([&] { read_item(token); });
+    const bool is_sky = token.text == "background" || token.text == "sky_sphere";
+    attempt([&] { read_item(token); }, !is_sky);
   }
   if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
   if (is_lenient()) {
