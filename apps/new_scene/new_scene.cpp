@@ -18,7 +18,7 @@ namespace {
 constexpr double kEnough_m = 2.5;
 
 /// Returns places for the start, the best first: where landmarks are in sight, then where most room is, then near the
-/// middle of the picture.
+/// middle of the image.
 std::vector<FloorPoint> starts(const FloorGrid& grid, const SceneGeometry& geometry, const WorldFrame& frame,
                                const FloorPoint& centre, const std::vector<FoundLandmark>& landmarks) {
   constexpr int kStep = 4;  // cells

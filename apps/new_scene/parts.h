@@ -47,7 +47,7 @@ class FloorGrid {
  public:
   static constexpr double kCell_m = 0.05;
   static constexpr int kCells = 180;  ///< along each side: 9 m
-  /// What is lower is driven over: carpets, tiles, the discs under pillars.
+  /// What is lower is driven over: carpets, tiles, the discs under landmarks.
   static constexpr double kLow_m = 0.02;
 
   /// @param landmarks solids that are not free, but no obstacles of the map either
