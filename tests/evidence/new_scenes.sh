@@ -30,7 +30,7 @@ off=$(awk '
   # Lines of the map, then of what was found: the greatest difference of a landmark, in mm.
   NR == FNR { if (match($0, /name: [a-z]+/)) { n = substr($0, RSTART + 6, RLENGTH - 6); split($0, p, /[xy]_m: /); x[n] = p[2] + 0; y[n] = p[3] + 0 }; next }
   $1 in x && NF == 6 { d = 1000 * sqrt(($2 - x[$1]) ^ 2 + ($3 - y[$1]) ^ 2); if (d > most) most = d; ++count }
-  END { print count == 6 ? most : 1e9 }' scenes/lab.map.yaml "$work/new_lab.log" 2>/dev/null || echo 1e9)
+  END { print (count == 6 ? most + 0 : 1e9) }' scenes/lab.map.yaml "$work/new_lab.log" 2>/dev/null || echo 1e9)
 row "new: the lab's six landmarks, against its map" "greatest difference $off mm" "within 1 mm" "$(holds "$off <= 1")"
 for scene in advanced/{wineglass,woodbox,pawns,lamppost,desk/desk,drums2/drums,optics,benchmark/benchmark} objects/{prism1,torus1,lathe1a,ttf1,primitiv} \
   lights/{spotlite,shadows} interior/{ballbox1,fog_std,skysph1,magglass} incdemo/shapes language/macros/macro1 camera/perspective radiosity/cornell; do

@@ -186,10 +186,12 @@ bool has_misnamed_macro(const std::string& text) {
 }
 
 /// Evaluates the scene and traces some rays through it.
-void trace(const std::string& text, const IncludeReader& include, Tally& tally) {
+/// @param leniency as EvaluatorSettings
+void trace(const std::string& text, const IncludeReader& include, Leniency* leniency, Tally& tally) {
   // An endless loop ends at this limit, which many inputs reach.
   constexpr std::size_t kMostTokens = 20'000;
-  auto scene = evaluate(text, "fuzz.pov", include, {.pose_prefix = "Twocone_", .most_tokens = kMostTokens});
+  auto scene = evaluate(text, "fuzz.pov", include,
+                        {.pose_prefix = "Twocone_", .most_tokens = kMostTokens, .leniency = leniency});
   if (!scene) return;
   ++tally.evaluated;
   const TracedScene traced_scene(*std::move(scene));
@@ -211,7 +213,9 @@ bool read(Mutator& mutator, const std::string& text, Tally& tally) {
   };
   const SceneCalls calls = find_calls(text, "fuzz.pov", include);
   tally.calls += calls.all.size();
-  trace(text, include, tally);
+  trace(text, include, nullptr, tally);
+  Leniency leniency;
+  trace(text, include, &leniency, tally);
   const auto scene = Scene::parse(text, "fuzz.pov");
   if (!scene) return true;
   ++tally.accepted;
