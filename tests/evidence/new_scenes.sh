@@ -10,7 +10,7 @@ made() {
   step "$name" "$twocone" new "$scene" --out "$work/$name" --force
   if [ "$(passed "$name")" = no ]; then
     found=$(tail -n 1 "$work/$name.log")
-    row "new: $1" "no robot: ${found##*"$scene"}" "fixes in all frames, or the reason in one line" \
+    row "new: $1" "no robot: ${found##*"$scene": }" "fixes in all frames, or the reason in one line" \
       "$([ "$(status_of "$name")" = 1 ] && [ "$(wc -l <"$work/$name.log")" = 1 ] && echo yes || echo no)"
     return
   fi
