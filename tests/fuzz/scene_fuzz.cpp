@@ -195,11 +195,19 @@ void trace(const std::string& text, const IncludeReader& include, Tally& tally) 
   const TracedScene traced_scene(*std::move(scene));
   Poses poses;
   poses.movers.resize(1);
+  const PosedScene posed(traced_scene, std::move(poses));
+  static RayBundle bundle;
+  static SeenTile seen;
+  static Lane weights;
+  bundle.used = 0xFF;
+  bundle.t_max.fill(std::numeric_limits<double>::infinity());
+  weights.fill(1);
   for (int i = 0; i < 8; ++i) {
-    const Vec3 direction{i % 3 - 1.0, i % 2 - 0.5, (i < 4 ? 0 : 1) - 0.5};
-    static_cast<void>(
-        traced(traced_scene, poses, {{0.1 * i, 1, -3}, normalized(direction)}, RayKind::kFromCamera, 1, 1));
+    bundle.rays.origin.set(i, {0.1 * i, 1, -3});
+    bundle.rays.direction.set(i, normalized({i % 3 - 1.0, i % 2 - 0.5, (i < 4 ? 0 : 1) - 0.5}));
   }
+  fill_unused(bundle);
+  trace_tile(posed, bundle, 1, kAllGroups, weights, seen);
 }
 
 /// Returns false if the scene after switching is no longer a scene.

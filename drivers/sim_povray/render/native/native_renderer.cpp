@@ -70,7 +70,8 @@ std::vector<std::size_t> differing_pixels(const Image& a, const Image& b) {
 
 Image plain_image_of(const NativeView& view, const Poses& poses) {
   Image image = black(view);
-  for (int band = 0; band < view.bands(); ++band) view.render_plain(poses, band, image);
+  const NativeView::Moment moment = view.at(poses);
+  for (int band = 0; band < view.bands(); ++band) view.render_plain(moment, band, image);
   return image;
 }
 
@@ -78,7 +79,7 @@ Image plain_image_of(const NativeView& view, const Poses& poses) {
 struct NativeRenderer::Task {
   Order order;
   std::shared_ptr<const NativeView> view;
-  Poses poses;
+  std::optional<NativeView::Moment> moment;
   Image image;
   std::optional<PixelTruth> truth;
   int next_band = 0;  // under mutex_, as is the next
@@ -178,7 +179,8 @@ std::string NativeRenderer::difference(const NativeView& view, const ViewTemplat
       {"first image, for comparison", std::make_shared<const ViewTemplate>(std::move(compared)), pose, {}}, stop_.fd());
   if (!expected) return expected.error().message;
   Image image = is_plain ? plain_image_of(view, *poses) : black(view);
-  for (int band = 0; band < view.bands() && !is_plain; ++band) view.render(*poses, band, image);
+  const NativeView::Moment moment = view.at(*poses);
+  for (int band = 0; band < view.bands() && !is_plain; ++band) view.render(moment, band, image);
   const std::size_t off = differing_pixels(image, **expected).size();
   const std::size_t mirror = view.mirror_pixels();
   const std::size_t of = mirror > 0 ? mirror : image.bytes.size() / 3;
@@ -217,7 +219,7 @@ void NativeRenderer::start(Order order) {
   }
   auto poses = parse_poses(order.job.pose);
   if (!poses) return order.done(Error(ErrorCode::kBadData, "{}: its pose cannot be read", order.job.label));
-  task->poses = *std::move(poses);
+  task->moment = task->view->at(*std::move(poses));
   task->image = black(*task->view);
   if (order.job.truth) {
     auto truth = task->view->empty_truth();
@@ -253,7 +255,7 @@ void NativeRenderer::work() {
     if (task->next_band == task->view->bands()) tasks_.pop_front();
     lock.unlock();
     const auto begin = thread_time();
-    task->view->render(task->poses, band, task->image, task->truth ? &*task->truth : nullptr);
+    task->view->render(*task->moment, band, task->image, task->truth ? &*task->truth : nullptr);
     task->cpu += (thread_time() - begin).count();
     lock.lock();
     if (--task->open_bands > 0) continue;
