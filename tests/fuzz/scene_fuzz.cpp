@@ -9,6 +9,7 @@
 #include <chrono>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <random>
 #include <string>
@@ -18,6 +19,7 @@
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/render/native/tile_tracer.h"
 #include "drivers/sim_povray/render/native/traced_scene.h"
 #include "drivers/sim_povray/scene/evaluator.h"
 #include "drivers/sim_povray/scene/scene.h"

@@ -24,6 +24,11 @@ static_assert(kTileSide * kTileSide == kTileRays && kBlock_px % kTileSide == 0);
 constexpr double kSmoothingThreshold = 0.03;
 constexpr double kSmoothingGamma = 0.4;
 
+bool is_within(const Vec3& p, const Bounds3& box) {
+  return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
+         p.z <= box.high.z;
+}
+
 double greatest(const Colour& colour) { return std::max({colour.x, colour.y, colour.z}); }
 
 /// Returns a normal on the side that a ray comes from.
@@ -117,6 +122,7 @@ void NativeView::plan() {
   for (int y = window_.first_row; y <= window_.last_row; y += kTileSide) {
     for (int x = window_.first_column; x <= window_.last_column; x += kTileSide) tiles_.push_back(fixed_tile(x, y));
   }
+  if (antialias_ > 1) samples_ = std::vector<LazySamples>(tiles_.size());
 }
 
 NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
@@ -133,7 +139,9 @@ NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
     FixedPixel& pixel = fixed_[pixel_index(x, y)];
     Ray reflected;
     bool meets_own = false;
-    pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, meets_own);
+    Vec3 end;
+    pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, meets_own, end);
+    if (pixel.kind != FixedPixel::Kind::kAny) sight_ = around(sight_, {end, end});
     if (meets_own) tile.surroundings = kAllGroups;
     switch (pixel.kind) {
       case FixedPixel::Kind::kAny:
@@ -158,7 +166,7 @@ NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
   return tile;
 }
 
-NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own) {
+NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own, Vec3& end) const {
   const EvaluatedScene& description = scene_.scene();
   Poses rest;
   rest.movers.resize(std::size_t(robot_) + 1);
@@ -170,7 +178,7 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, b
   pixel.colour =
       unlit(finish, pigment_colour(meeting->texture->pigment, meeting->pattern_point), description.ambient_light);
   pixel.kind = FixedPixel::Kind::kConstant;
-  sight_ = around(sight_, {meeting->point, meeting->point});
+  end = meeting->point;
   const Colour& share = finish.reflection;
   if (share == Colour{} || description.max_trace_level < 2 || greatest(share) < description.adc_bailout) {
     return pixel;
@@ -181,6 +189,42 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, b
   reflected = {meeting->point, ray.direction - normal * (2 * dot(ray.direction, normal))};
   meets_own = nearest(scene_, rest, reflected, RayKind::kReflected, own_).has_value();
   return pixel;
+}
+
+NativeView::FixedSamples NativeView::samples_of_tile(int column, int row) const {
+  FixedSamples result;
+  result.surroundings = ~own_;
+  result.samples.resize(std::size_t(kTileRays) * std::size_t(antialias_) * std::size_t(antialias_));
+  auto sample = result.samples.begin();
+  const auto is_common = [](FixedPixel& common, const FixedPixel& pixel) {
+    if (common.kind == FixedPixel::Kind::kAny) common = pixel;
+    return common == pixel;
+  };
+  for (int lane = 0; lane < kTileRays; ++lane) {
+    const int x = column + lane % kTileSide;
+    const int y = row + lane / kTileSide;
+    for (int i = 0; i < antialias_ * antialias_; ++i, ++sample) {
+      bool meets_own = false;
+      Vec3 end;
+      const FixedPixel pixel =
+          fixed_pixel(camera_ray(x + (i % antialias_ + 0.5) / antialias_, y + (i / antialias_ + 0.5) / antialias_),
+                      sample->reflected, meets_own, end);
+      if (pixel.kind == FixedPixel::Kind::kAny || !is_within(end, sight_)) continue;
+      if (!is_common(pixel.kind == FixedPixel::Kind::kMirror ? result.mirror : result.constant, pixel)) continue;
+      sample->kind = pixel.kind;
+      if (meets_own) result.surroundings = kAllGroups;
+    }
+  }
+  return result;
+}
+
+const NativeView::FixedSamples& NativeView::fixed_samples(int x, int y) const {
+  const std::size_t index = tile_index(x, y);
+  LazySamples& lazy = samples_[index];
+  std::call_once(lazy.made, [&] {
+    lazy.samples = samples_of_tile(x - (x - window_.first_column) % kTileSide, y - (y - window_.first_row) % kTileSide);
+  });
+  return lazy.samples;
 }
 
 NativeView::Moment NativeView::at(Poses poses) const {
@@ -265,10 +309,13 @@ std::size_t NativeView::pixel_of(int column, int row, int lane) const {
   return pixel_index(column + lane % kTileSide, row + lane / kTileSide);
 }
 
-const NativeView::FixedTile& NativeView::fixed_tile_at(int x, int y) const {
+std::size_t NativeView::lane_of(int x, int y) const {
+  return std::size_t((y - window_.first_row) % kTileSide * kTileSide + (x - window_.first_column) % kTileSide);
+}
+
+std::size_t NativeView::tile_index(int x, int y) const {
   const int tile_columns = (window_.last_column - window_.first_column) / kTileSide + 1;
-  const int tile = (y - window_.first_row) / kTileSide * tile_columns + (x - window_.first_column) / kTileSide;
-  return tiles_[std::size_t(tile)];
+  return std::size_t((y - window_.first_row) / kTileSide * tile_columns + (x - window_.first_column) / kTileSide);
 }
 
 void NativeView::reflect(const Moment& moment, int column, int row, std::uint64_t lanes, TileVectors& tile,
@@ -290,9 +337,8 @@ void NativeView::reflect(const Moment& moment, int column, int row, std::uint64_
   if (fixed.common_mirror) {
     mix(lanes, fixed.common_mirror->colour, fixed.common_mirror->share, seen.colours, tile);
   } else {
-    for_each_lane(lanes, [&](int lane) {
-      tile.set(lane, pixel_at(lane).colour + pixel_at(lane).share * seen.colours.at(lane));
-    });
+    for_each_lane(
+        lanes, [&](int lane) { tile.set(lane, pixel_at(lane).colour + pixel_at(lane).share * seen.colours.at(lane)); });
   }
   if (truth == nullptr) return;
   for_each_lane(lanes, [&](int lane) {
@@ -329,32 +375,75 @@ void NativeView::look(const Moment& moment, std::span<const ImagePoint> points, 
   }
 }
 
-void NativeView::take_samples(const Moment& moment, int antialias, int left, int top, std::span<const BlockPlace> places,
+void NativeView::reflect(const Moment& moment, std::span<const MirrorSample> wanted, std::span<Colour> colours) const {
+  thread_local RayBundle bundle;
+  thread_local SeenTile seen;
+  thread_local Lane weights;
+  thread_local TileVectors origin, direction;
+  bundle.t_max.fill(kInfinity);
+  for (; !wanted.empty(); wanted = wanted.subspan(std::min<std::size_t>(kTileRays, wanted.size()))) {
+    const std::size_t count = std::min<std::size_t>(kTileRays, wanted.size());
+    GroupSet surroundings = 0;
+    for (std::size_t i = 0; i < kTileRays; ++i) {
+      const MirrorSample& sample = wanted[std::min(i, count - 1)];
+      origin.set(int(i), sample.reflected->origin);
+      direction.set(int(i), sample.reflected->direction);
+      weights[i] = greatest(sample.tile->mirror.share);
+      surroundings |= sample.tile->surroundings;
+    }
+    bundle.used = ~std::uint64_t{0} >> (kTileRays - count);
+    transform_rays(moment.posed.poses().view, origin, direction, bundle.rays);
+    trace_tile(moment.posed, bundle, 2, surroundings, weights, seen);
+    for (std::size_t i = 0; i < count; ++i) {
+      const FixedPixel& mirror = wanted[i].tile->mirror;
+      colours[wanted[i].index] = mirror.colour + mirror.share * seen.colours.at(int(i));
+    }
+  }
+}
+
+void NativeView::take_samples(const Moment& moment, int left, int top, std::span<const BlockPlace> places,
                               SmoothedBlock& block) const {
   thread_local std::vector<ImagePoint> points;
-  thread_local std::vector<Colour> colours;
+  thread_local std::vector<std::size_t> indices;  // of the points' colours
+  thread_local std::vector<MirrorSample> reflected;
+  thread_local std::vector<Colour> colours, seen;
+  const auto samples = std::size_t(antialias_) * std::size_t(antialias_);
   points.clear();
+  indices.clear();
+  reflected.clear();
+  colours.resize(places.size() * samples);
+  std::size_t index = 0;
   for (const BlockPlace& place : places) {
-    for (int j = 0; j < antialias; ++j) {
-      for (int i = 0; i < antialias; ++i) {
-        points.push_back({left + place.x + (i + 0.5) / antialias, top + place.y + (j + 0.5) / antialias});
+    const int x = left + place.x;
+    const int y = top + place.y;
+    const FixedSamples* const fixed = moment.is_planned ? &fixed_samples(x, y) : nullptr;
+    for (std::size_t i = 0; i < samples; ++i, ++index) {
+      const FixedSamples::Sample* const sample = fixed ? &fixed->samples[lane_of(x, y) * samples + i] : nullptr;
+      if (sample != nullptr && sample->kind == FixedPixel::Kind::kMirror) {
+        reflected.push_back({fixed, &sample->reflected, index});
+      } else if (sample != nullptr && sample->kind == FixedPixel::Kind::kConstant) {
+        colours[index] = fixed->constant.colour;
+      } else {
+        points.push_back({x + (int(i) % antialias_ + 0.5) / antialias_, y + (int(i) / antialias_ + 0.5) / antialias_});
+        indices.push_back(index);
       }
     }
   }
-  colours.resize(points.size());
-  look(moment, points, colours);
+  reflect(moment, reflected, colours);
+  seen.resize(points.size());
+  look(moment, points, seen);
+  for (std::size_t i = 0; i < points.size(); ++i) colours[indices[i]] = seen[i];
   auto colour = colours.begin();
   for (const BlockPlace& place : places) {
     SmoothedBlock::Pixel& pixel = block.at(place.x, place.y);
     pixel.sampled = pixel.colour;
-    for (int i = 0; i < antialias * antialias; ++i) pixel.sampled += *colour++;
-    pixel.sampled = pixel.sampled / (antialias * antialias + 1);
+    for (std::size_t i = 0; i < samples; ++i) pixel.sampled += *colour++;
+    pixel.sampled = pixel.sampled / double(samples + 1);
     pixel.has_samples = true;
   }
 }
 
-void NativeView::smooth(const Moment& moment, int antialias, int left, int right, int top, int bottom,
-                        SmoothedBlock& block) const {
+void NativeView::smooth(const Moment& moment, int left, int right, int top, int bottom, SmoothedBlock& block) const {
   const int width = right - left + 1;
   const int height = bottom - top + 1;
   // The pixels whose centres differ are nearly all that need samples, and are sampled together.
@@ -375,11 +464,11 @@ void NativeView::smooth(const Moment& moment, int antialias, int left, int right
       if (differs_left || differs_above) add(x, y);
     }
   }
-  take_samples(moment, antialias, left, top, places, block);
+  take_samples(moment, left, top, places, block);
   const auto replace = [&](int x, int y) {
     SmoothedBlock::Pixel& pixel = block.at(x, y);
     if (x < 0 || y < 0 || pixel.is_smooth) return;
-    if (!pixel.has_samples) take_samples(moment, antialias, left, top, std::array{BlockPlace{x, y}}, block);
+    if (!pixel.has_samples) take_samples(moment, left, top, std::array{BlockPlace{x, y}}, block);
     pixel.colour = pixel.sampled;
     pixel.weighed = weighed(pixel.colour);
     pixel.is_smooth = true;
@@ -424,7 +513,8 @@ void NativeView::plan_truth() const {
       if (pixel.kind == FixedPixel::Kind::kAny) continue;
       const Ray ray = camera_ray(x + 0.5, y + 0.5);
       const auto meeting = nearest(scene_, rest, ray, RayKind::kFromCamera, own_);
-      if (!meeting || (pixel.kind == FixedPixel::Kind::kMirror && is_own_mirror(meeting->number, *meeting->texture))) continue;
+      if (!meeting || (pixel.kind == FixedPixel::Kind::kMirror && is_own_mirror(meeting->number, *meeting->texture)))
+        continue;
       plan.fixed[pixel_index(x, y)] = {meeting->number, meeting->t, against(meeting->normal, ray.direction)};
     }
   }
@@ -473,8 +563,7 @@ void NativeView::set_truth(PixelTruth& truth, std::size_t pixel, const SeenTile&
   set_truth(truth, pixel, int(seen->hits->number[i]), seen->hits->t[i], seen->normals->at(lane));
 }
 
-void NativeView::render(const Moment& moment, int antialias, int band, Image& image, PixelTruth* truth) const {
-  if (antialias > 1) return render_smoothed(moment, antialias, band, image, truth);
+void NativeView::render_plain(const Moment& moment, int band, Image& image, PixelTruth* truth) const {
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
   std::array<std::uint8_t, 3 * kTileRays> bytes;
@@ -487,8 +576,7 @@ void NativeView::render(const Moment& moment, int antialias, int band, Image& im
   });
 }
 
-void NativeView::render_smoothed(const Moment& moment, int antialias, int band, Image& image,
-                                 PixelTruth* truth) const {
+void NativeView::render_smoothed(const Moment& moment, int band, Image& image, PixelTruth* truth) const {
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
   // With one row above and one column to the left.
@@ -528,7 +616,7 @@ void NativeView::render_smoothed(const Moment& moment, int antialias, int band, 
         pixel.weighed = weighed(pixel.colour);
       }
     }
-    smooth(moment, antialias, left, right, top, bottom, block);
+    smooth(moment, left, right, top, bottom, block);
     for (int y = top; y <= bottom; ++y) {
       const int width = right - left + 1;
       for (int x = 0; x < width; ++x) tile.set(x, block.at(x, y - top).colour);

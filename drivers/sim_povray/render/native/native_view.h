@@ -45,10 +45,10 @@ class NativeView {
   /// rendered at the same time. @param moment of this view @param band from 0 to below bands()
   /// @param truth also receives the band's rows of what empty_truth() returned; null: none is wanted
   void render(const Moment& moment, int band, Image& image, PixelTruth* truth = nullptr) const {
-    render(moment, antialias_, band, image, truth);
+    antialias_ > 1 ? render_smoothed(moment, band, image, truth) : render_plain(moment, band, image, truth);
   }
   /// Does so without anti-aliasing.
-  void render_plain(const Moment& moment, int band, Image& image) const { render(moment, 1, band, image, nullptr); }
+  void render_plain(const Moment& moment, int band, Image& image, PixelTruth* truth = nullptr) const;
   [[nodiscard]] int bands() const;
   /// Returns the number of pixels that show the robot's own mirror; 0 if it is not known.
   [[nodiscard]] std::size_t mirror_pixels() const;
@@ -83,9 +83,24 @@ class NativeView {
     GroupSet surroundings = 0;
   };
 
+  /// The samples of a tile's pixels for anti-aliasing, in the order pixel, row, column.
+  struct FixedSamples {
+    struct Sample {
+      FixedPixel::Kind kind = FixedPixel::Kind::kAny;  ///< also if it is neither `mirror` nor `constant`
+      Ray reflected{};                                 ///< in the robot's frame
+    };
+    std::vector<Sample> samples{};
+    FixedPixel mirror{}, constant{};
+    GroupSet surroundings = 0;  ///< as FixedTile's
+  };
   struct SmoothedBlock;
   struct ImagePoint {
     double column, row;  ///< of the image's left and upper edge on: (0.5, 0.5) is the first pixel's centre
+  };
+  struct MirrorSample {
+    const FixedSamples* tile;
+    const Ray* reflected;
+    std::size_t index;  ///< of the sample's colour
   };
   /// A pixel of a block, from its upper left corner.
   struct BlockPlace {
@@ -95,12 +110,15 @@ class NativeView {
   NativeView(EvaluatedScene scene, const ViewTemplate& view_template);
 
   [[nodiscard]] Ray camera_ray(double column, double row) const;
-  FixedPixel fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own);
+  /// @param end where the camera's ray ends
+  FixedPixel fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own, Vec3& end) const;
   [[nodiscard]] FixedTile fixed_tile(int column, int row);
+  /// Returns the samples of a pixel's tile. They are found when they are first asked for.
+  [[nodiscard]] const FixedSamples& fixed_samples(int x, int y) const;
+  [[nodiscard]] FixedSamples samples_of_tile(int column, int row) const;
   void plan();
   [[nodiscard]] bool is_plan_valid(const Poses& poses) const;
-  void render(const Moment& moment, int antialias, int band, Image& image, PixelTruth* truth) const;
-  void render_smoothed(const Moment& moment, int antialias, int band, Image& image, PixelTruth* truth) const;
+  void render_smoothed(const Moment& moment, int band, Image& image, PixelTruth* truth) const;
   /// Sets what the mirror's pixels of a tile reflect. @param lanes of these pixels
   void reflect(const Moment& moment, int column, int row, std::uint64_t lanes, TileVectors& tile,
                PixelTruth* truth) const;
@@ -108,18 +126,23 @@ class NativeView {
   void look(const Moment& moment, std::span<const ImagePoint> points, std::span<Colour> colours,
             PixelTruth* truth = nullptr) const;
   /// Smooths a block whose centres are set, as POV-Ray's `+AM1 +A0.03` does (measured).
-  void smooth(const Moment& moment, int antialias, int left, int right, int top, int bottom,
-              SmoothedBlock& block) const;
-  void take_samples(const Moment& moment, int antialias, int left, int top, std::span<const BlockPlace> places,
+  void smooth(const Moment& moment, int left, int right, int top, int bottom, SmoothedBlock& block) const;
+  void take_samples(const Moment& moment, int left, int top, std::span<const BlockPlace> places,
                     SmoothedBlock& block) const;
-  [[nodiscard]] const FixedTile& fixed_tile_at(int x, int y) const;
+  /// Sets what samples of the mirror reflect.
+  void reflect(const Moment& moment, std::span<const MirrorSample> wanted, std::span<Colour> colours) const;
+  /// Returns the index of a pixel's tile in tiles_.
+  [[nodiscard]] std::size_t tile_index(int x, int y) const;
+  [[nodiscard]] const FixedTile& fixed_tile_at(int x, int y) const { return tiles_[tile_index(x, y)]; }
+  /// Returns a pixel's lane in its tile.
+  [[nodiscard]] std::size_t lane_of(int x, int y) const;
   /// Returns the index of a tile's pixel. @param column,row of the tile's first pixel
   [[nodiscard]] std::size_t pixel_of(int column, int row, int lane) const;
   [[nodiscard]] std::size_t pixel_index(int x, int y) const {
     return std::size_t(y) * std::size_t(width_px_) + std::size_t(x);
   }
-  /// Finds what the centres of rows show, all of which are of the window. Calls `visit(column, row, lanes, colours)` for
-  /// tiles that begin there, with the lanes that are of these rows. @param truth as in render()
+  /// Finds what the centres of rows show, all of which are of the window. Calls `visit(column, row, lanes, colours)`
+  /// for tiles that begin there, with the lanes that are of these rows. @param truth as in render()
   template <class Visit>
   void visit_tiles(const Moment& moment, int first_row, int last_row, PixelTruth* truth, Visit visit) const;
   /// Sets what the centres of a tile's pixels show. @param inside the pixels that are wanted
@@ -153,7 +176,12 @@ class NativeView {
   int robot_ = -1;                   ///< the mover that moves as the view does
   std::vector<FixedPixel> fixed_{};  ///< of the image, row by row
   std::vector<FixedTile> tiles_{};   ///< of the window, row by row
-  Bounds3 sight_{};                  ///< holds the rays from the camera to what fixed pixels show
+  struct LazySamples {
+    std::once_flag made{};
+    FixedSamples samples{};
+  };
+  mutable std::vector<LazySamples> samples_{};  ///< of tiles_
+  Bounds3 sight_{};                             ///< holds the rays from the camera to what fixed pixels show
   double unit_m_;
   mutable std::once_flag truth_planned_{};
   mutable TruthPlan truth_plan_{};

@@ -20,7 +20,9 @@ struct ByteTable {
   static constexpr int kCells = 8192;
 
   ByteTable() {
-    const auto decoded = [](double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); };
+    const auto decoded = [](double srgb) {
+      return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+    };
     // The least component that has the next byte.
     const auto least_after = [&](int byte) { return byte == 255 ? 2 : decoded((byte + 0.5) / 255); };
     int byte = 0;

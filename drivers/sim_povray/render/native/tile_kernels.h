@@ -74,8 +74,9 @@ struct alignas(64) TileSurfaces {
   TileVectors pigments;
   Lane diffuse;  ///< Finish::diffuse
 };
-/// Directs rays, which have their origins, to a light: sets directions of length 1, their inverse, `t_max`, which is the
-/// distance to the light less `margin`, and `cosine` between direction and normal. Returns the lanes that face the light.
+/// Directs rays, which have their origins, to a light: sets directions of length 1, their inverse, `t_max`, which is
+/// the distance to the light less `margin`, and `cosine` between direction and normal. Returns the lanes that face the
+/// light.
 std::uint64_t aim_at_light(const Vec3& light, const TileVectors& normals, double margin, RayTile& rays, Lane& t_max,
                            Lane& cosine);
 /// Sets the vectors of some lanes to `value`.

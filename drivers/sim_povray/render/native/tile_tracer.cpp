@@ -314,7 +314,8 @@ void show_item(const PosedScene& posed, const RayBundle& bundle, int number, std
       box_normals(bundle.rays, item.bounds, w.hits.t, lanes, w.surfaces.normals);
     } else {
       for_each_lane(lanes, [&](int lane) {
-        const Ray local{to_group.point(bundle.rays.origin.at(lane)), to_group.direction(bundle.rays.direction.at(lane))};
+        const Ray local{to_group.point(bundle.rays.origin.at(lane)),
+                        to_group.direction(bundle.rays.direction.at(lane))};
         set_normal(lane, normal_of_box(local, item.bounds, w.hits.t[std::size_t(lane)]));
       });
     }
@@ -339,8 +340,8 @@ void show_item(const PosedScene& posed, const RayBundle& bundle, int number, std
 /// Adds what light sources show of the surfaces.
 void add_light(const PosedScene& posed, const RayBundle& bundle, const Roles& roles, Workspace& w, SeenTile& seen) {
   for (const LightSource& light : posed.lights()) {
-    std::uint64_t facing = roles.lit & aim_at_light(light.position, w.surfaces.normals, kNearestShadow, w.shadow,
-                                                    w.shadow_max, w.cosine);
+    std::uint64_t facing =
+        roles.lit & aim_at_light(light.position, w.surfaces.normals, kNearestShadow, w.shadow, w.shadow_max, w.cosine);
     const bool is_even = is_even_light(light);
     for_each_lane(is_even ? 0 : facing, [&](int lane) {
       if (light_at(light, w.shadow.origin.at(lane)) == Colour{}) facing &= ~(std::uint64_t{1} << lane);
@@ -351,9 +352,8 @@ void add_light(const PosedScene& posed, const RayBundle& bundle, const Roles& ro
     add_diffuse(facing & ~special, w.surfaces, w.cosine, light.colour, seen.colours);
     for_each_lane(special, [&](int lane) {
       const Colour part = lit(w.textures[std::size_t(lane)]->finish, w.surfaces.pigments.at(lane),
-                              w.surfaces.normals.at(lane), -bundle.rays.direction.at(lane),
-                              w.shadow.direction.at(lane), light_at(light, w.shadow.origin.at(lane)),
-                              !light.shadowless);
+                              w.surfaces.normals.at(lane), -bundle.rays.direction.at(lane), w.shadow.direction.at(lane),
+                              light_at(light, w.shadow.origin.at(lane)), !light.shadowless);
       seen.colours.set(lane, seen.colours.at(lane) + part);
     });
   }
