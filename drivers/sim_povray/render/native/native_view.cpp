@@ -250,6 +250,11 @@ bool NativeView::is_plan_valid(const Poses& poses) const {
 
 int NativeView::bands() const { return (window_.last_row - window_.first_row) / kBlock_px + 1; }
 
+std::pair<int, int> NativeView::bands_of(const RowRange& rows) const {
+  const auto band_of = [this](int row) { return std::clamp((row - window_.first_row) / kBlock_px, 0, bands() - 1); };
+  return {band_of(rows.first), band_of(rows.last) + 1};
+}
+
 std::size_t NativeView::mirror_pixels() const {
   return std::size_t(std::ranges::count(fixed_, FixedPixel::Kind::kMirror, &FixedPixel::kind));
 }

@@ -50,6 +50,8 @@ class NativeView {
   /// Does so without anti-aliasing.
   void render_plain(const Moment& moment, int band, Image& image, PixelTruth* truth = nullptr) const;
   [[nodiscard]] int bands() const;
+  /// Returns the first of the bands that hold these rows, and the one after the last.
+  [[nodiscard]] std::pair<int, int> bands_of(const RowRange& rows) const;
   /// Returns the number of pixels that show the robot's own mirror; 0 if it is not known.
   [[nodiscard]] std::size_t mirror_pixels() const;
   /// Returns the truth of an image that shows nothing. The first call takes some milliseconds.
