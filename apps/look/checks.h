@@ -35,15 +35,18 @@ constexpr double kHue_deg = 5;
 constexpr double kLow_m = 0.02;
 /// Side of the squares into which the floor is divided. Narrower things may be missed.
 constexpr double kCell_m = 0.02;
-/// Something this near to an obstacle of the map, or to a wall, belongs to it: an outline is accurate to 1 cm, which is
-/// 1.4 cm at a corner, and the middle of a cell is up to 1.4 cm from what it holds.
-constexpr double kCover_m = 0.03;
+/// Something this near to an obstacle of the map, or to a wall, belongs to it. An outline is accurate to 1 cm, which is
+/// 1.4 cm at a corner, and the middle of a cell is up to 1.4 cm from what it holds; doors and skirting boards stand out
+/// from their walls by the rest. Behaviours stay four times as far away (behaviours::Wander::kMargin_m).
+constexpr double kCover_m = 0.05;
 
 /// Compares each landmark with the surfaces at its place: horizontal rays from its axis find its side, to which a
 /// circle is fitted, and those near its top find where the side ends.
 void check_landmarks(const Subject& subject, const sim_povray::SceneGeometry& scene, Look& look);
+/// Returns the height at which the plan cuts the scene: over the robot and all landmarks, but below the ceiling.
+double plan_height_m(const Subject& subject, const sim_povray::SceneGeometry* scene);
 /// Looks for things between kLow_m and the robot's height that nothing of the map covers, and for obstacles of the map
-/// where nothing is.
+/// where nothing is, even up to the plan's height.
 void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& scene, Look& look);
 /// Checks that the body at the start touches nothing of the map.
 void check_start(const Subject& subject, Look& look);

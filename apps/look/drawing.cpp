@@ -77,8 +77,8 @@ text { font-family: system-ui, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-seri
 .frame { fill: none; stroke: #1d2329; stroke-width: 1; }
 .bounds { fill: none; stroke: #0b5cad; stroke-width: 2.5; stroke-dasharray: 10 5; }
 .obstacle { fill: #2f8fe8; fill-opacity: 0.24; stroke: #0b5cad; stroke-width: 2; stroke-linejoin: round; }
-.landmark { stroke: #ffffff; stroke-width: 3; }
-.landmark-edge { fill: none; stroke: #1d2329; stroke-width: 1.2; }
+.landmark { fill-opacity: 0.35; stroke: #ffffff; stroke-width: 4.5; }
+.landmark-edge { fill: none; stroke: #1d2329; stroke-width: 1.8; }
 .way { fill: none; stroke: #ffffff; stroke-opacity: 0.9; stroke-width: 2; stroke-dasharray: 2 6; stroke-linecap: round; }
 .waypoint { fill: #ffffff; stroke: #1d2329; stroke-width: 1; }
 .robot { fill: #ffffff; fill-opacity: 0.55; stroke: #1d2329; stroke-width: 2.5; }
@@ -153,6 +153,8 @@ void draw_landmarks(Plan& plan, const config::Map& map) {
              report::own_colour(landmark.colour), plan.x(landmark.x_m), plan.y(landmark.y_m),
              plan.px(landmark.radius_m));
     plan.circle("landmark-edge", disc);
+    plan.add("<path class=\"landmark-edge\" d=\"M{:.2f} {:.2f}m-5 0h10m-5 -5v10\"/>", plan.x(landmark.x_m),
+             plan.y(landmark.y_m));
     // Towards the middle of the room, where there is space.
     const double side = landmark.y_m < middle_y_m ? -1 : 1;
     const double away = plan.px(landmark.radius_m) + 8;

@@ -83,6 +83,7 @@ void check_images(const Subject& subject, const Image& lower, const Image& upper
     look.notes.push_back(fmt::format("note: landmarks without range and bearing from the start: {} (docs/verdicts.md)",
                                      fmt::join(unseen, ", ")));
   }
+  if (sighted.empty()) return;
   const auto off = std::size_t(std::ranges::count_if(sighted, &Sighted::is_off));
   // One landmark off is a fault of the map; most of them are one of what all share.
   const bool is_rig = 2 * off > sighted.size();

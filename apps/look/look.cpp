@@ -112,8 +112,8 @@ void check_start_place(const Subject& subject, const drivers::SimulatedWorld& wo
       {Disagreement::kStartPlace, warning ? **warning : warning.error().message, {shown->x_m, shown->y_m}, {}});
 }
 
-/// Returns what the plan shows: the bounds, and at which height it cuts the scene.
-sim_povray::OverheadView plan_view(const Subject& subject, const std::optional<sim_povray::SceneGeometry>& scene) {
+/// Returns what the plan shows: the bounds with a margin.
+sim_povray::OverheadView plan_view(const Subject& subject, const sim_povray::SceneGeometry* scene) {
   const config::Bounds& bounds = subject.map.bounds;
   sim_povray::OverheadView view{.min_x_m = bounds.min_x_m - kMargin_m,
                                 .max_x_m = bounds.max_x_m + kMargin_m,
@@ -121,14 +121,7 @@ sim_povray::OverheadView plan_view(const Subject& subject, const std::optional<s
                                 .max_y_m = bounds.max_y_m + kMargin_m};
   const double tallness = (view.max_y_m - view.min_y_m) / (view.max_x_m - view.min_x_m);
   view.width_px = std::max(1, int(std::min(double(kPlanWidth_px), kPlanHeight_px / tallness)));
-  double tallest_m = subject.robot_height_m();
-  for (const Landmark& landmark : subject.map.landmarks) tallest_m = std::max(tallest_m, landmark.top_m);
-  view.height_m = tallest_m + kAbove_m;
-  if (!scene) return view;
-  const localisation::Pose start = config::to_start_pose(subject.robot);
-  const double from_m = subject.robot_height_m();
-  const auto ceiling = scene->cast({start.x_m, start.y_m, from_m}, {0, 0, 1}, view.height_m - from_m);
-  if (ceiling) view.height_m = from_m + std::max(ceiling->distance_m - kBelowCeiling_m, 0.0);
+  view.height_m = plan_height_m(subject, scene);
   return view;
 }
 
@@ -143,6 +136,17 @@ double Subject::robot_height_m() const {
   const config::Rig& rig = robot.rig;
   return rig.lens_height_m + rig.lower.lens_to_tip_m + rig.mirror_separation_m +
          rig.upper.mirror_radius_m / std::tan(rig.upper.apex_rad / 2);
+}
+
+double plan_height_m(const Subject& subject, const sim_povray::SceneGeometry* scene) {
+  const double robot_m = subject.robot_height_m();
+  double tallest_m = robot_m;
+  for (const Landmark& landmark : subject.map.landmarks) tallest_m = std::max(tallest_m, landmark.top_m);
+  const double height_m = tallest_m + kAbove_m;
+  if (scene == nullptr) return height_m;
+  const localisation::Pose start = config::to_start_pose(subject.robot);
+  const auto ceiling = scene->cast({start.x_m, start.y_m, robot_m}, {0, 0, 1}, height_m - robot_m);
+  return ceiling ? robot_m + std::max(ceiling->distance_m - kBelowCeiling_m, 0.0) : height_m;
 }
 
 std::vector<std::filesystem::path> files_of(const config::Robot& robot, const std::filesystem::path& out) {
@@ -182,7 +186,7 @@ Result<Look> look(const config::Robot& robot, const config::Map& map, const Look
   }
   check_images(subject, *images->lower, *images->upper, result);
 
-  const sim_povray::OverheadView view = plan_view(subject, scene);
+  const sim_povray::OverheadView view = plan_view(subject, scene ? &*scene : nullptr);
   std::optional<Image> above;
   if (scene) {
     above = scene->overhead(view);

@@ -144,6 +144,7 @@ void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& sc
   }
 
   const auto& obstacles = subject.map.obstacles;
+  const double high_m = plan_height_m(subject, &scene);
   for (std::size_t k = 0; k < obstacles.size(); ++k) {
     const behaviours::Arena obstacle = only(obstacles[k]);
     bool has_cells = false;
@@ -152,7 +153,7 @@ void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& sc
       const FloorPoint p = grid.centre(i);
       if (obstacle.clearance_m({p.x_m, p.y_m}) > 0) continue;
       has_cells = true;
-      is_there = grid.cells[i].object >= 0;
+      is_there = grid.cells[i].object >= 0 || scene.cast({p.x_m, p.y_m, high_m}, {0, 0, -1}, high_m - kLow_m);
     }
     if (is_there || !has_cells) continue;
     const FloorPoint at = middle_of(obstacles[k]);
@@ -161,7 +162,7 @@ void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& sc
          fmt::format(
              "{}: obstacle {} around ({:.2f}, {:.2f}): the scene has nothing there from {:.2f} to {:.2f} m over "
              "the floor",
-             subject.place_of("obstacles", k), k + 1, at.x_m, at.y_m, kLow_m, height_m),
+             subject.place_of("obstacles", k), k + 1, at.x_m, at.y_m, kLow_m, high_m),
          at,
          {}});
   }

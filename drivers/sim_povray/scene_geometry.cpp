@@ -37,6 +37,17 @@ bool is_still(const Object& object) {
   return !(object.name == "robot" || object.name.starts_with("robot.") || object.name.starts_with("moving."));
 }
 
+/// Returns the text with blanks for the named cameras, which may be of a kind that the evaluator does not know.
+std::string without_cameras(std::string text) {
+  for (const NamedBlock& block : outline(text).blocks) {
+    if (block.keyword != "camera") continue;
+    std::replace_if(
+        text.begin() + std::ptrdiff_t(block.begin), text.begin() + std::ptrdiff_t(block.close) + 1,
+        [](char letter) { return letter != '\n'; }, ' ');
+  }
+  return text;
+}
+
 std::array<double, 3> as_array(const Colour& colour) { return {colour.x, colour.y, colour.z}; }
 
 }  // namespace
@@ -77,7 +88,7 @@ Result<SceneGeometry> SceneGeometry::read(const PlaceSettings& place) {
   SceneAccess access(place.scene, place.scene_paths);
   const auto choice = choose_rendering(*text, place.switches, access);
   if (!choice) return choice.error();
-  auto scene = evaluate(choice->scene.text(), choice->scene.path(), include_reader(access), {});
+  auto scene = evaluate(without_cameras(choice->scene.text()), choice->scene.path(), include_reader(access), {});
   if (!scene) return scene.error();
   for (Object& object : scene->objects) object.mover = is_still(object) ? -1 : kNotStill;
   return SceneGeometry(std::make_shared<const Content>(*std::move(scene), place.unit_m));

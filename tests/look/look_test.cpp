@@ -205,7 +205,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "room.pov:17: cylinder at x 0.1"},
         Planted{"ObstacleThatIsNotThere", Disagreement::kNotInScene, "", "", "obstacles:\n",
                 "obstacles:\n  - {circle_m: {x: 0.1, y: 0.9, radius: 0.1}}\n",
-                "room.map.yaml:11: obstacle 1 around (0.10, 0.90): the scene has nothing there from 0.02 to 0.73 m"},
+                "room.map.yaml:11: obstacle 1 around (0.10, 0.90): the scene has nothing there from 0.02 to 1.15 m"},
         Planted{"FloorTooHigh", Disagreement::kFloor, "<-45, -1, -35> <45, 0, 35>", "<-45, -1, -35> <45, 0.1, 35>", "",
                 "", "is at 0.0050 m, must be at 0"},
         Planted{"NoFloor", Disagreement::kFloor, "box { <-45, -1, -35> <45, 0, 35> pigment { color rgb 0.5 } }", "", "",
