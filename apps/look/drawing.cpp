@@ -83,8 +83,9 @@ text { font-family: system-ui, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-seri
 .waypoint { fill: #ffffff; stroke: #1d2329; stroke-width: 1; }
 .robot { fill: #ffffff; fill-opacity: 0.55; stroke: #1d2329; stroke-width: 2.5; }
 .heading { fill: none; stroke: #1d2329; stroke-width: 3; stroke-linecap: round; stroke-linejoin: round; }
-.uncovered { fill: #e0261b; fill-opacity: 0.6; }
-.shown { fill: none; stroke: #e0261b; stroke-width: 2.5; stroke-dasharray: 5 3; }
+.uncovered { fill: #e0261b; fill-opacity: 0.6; shape-rendering: crispEdges; }
+.shown-edge { fill: none; stroke: #ffffff; stroke-width: 5; }
+.shown { fill: none; stroke: #e0261b; stroke-width: 2.5; stroke-dasharray: 6 4; }
 .badge { fill: #e0261b; stroke: #ffffff; stroke-width: 2; }
 .number { font-size: 13px; font-weight: 700; text-anchor: middle; fill: #ffffff; }
 .bar { fill: none; stroke: #1d2329; stroke-width: 3; }
@@ -191,7 +192,10 @@ void draw_findings(Plan& plan, const Look& look) {
   std::map<std::pair<double, double>, int> at_place;
   for (std::size_t i = 0; i < look.findings.size(); ++i) {
     const Finding& finding = look.findings[i];
-    if (finding.in_scene) plan.circle("shown", *finding.in_scene);
+    if (finding.in_scene) {
+      plan.circle("shown-edge", *finding.in_scene);
+      plan.circle("shown", *finding.in_scene);
+    }
     // Several findings of one place stand side by side.
     const double shift = 24 * at_place[{finding.place.x_m, finding.place.y_m}]++;
     plan.add("<g transform=\"translate({:.1f} {:.1f})\"><title>{}</title><circle class=\"badge\" r=\"11\"/>",
@@ -201,7 +205,7 @@ void draw_findings(Plan& plan, const Look& look) {
   }
 }
 
-void draw_key(Plan& plan, const Look& look) {
+void draw_key(Plan& plan, const Look& look, bool has_waypoints) {
   const double y = kTop_px + plan.height_px() + 70;
   double x = kLeft_px;
   // The widths are those of the words in the common sans-serif fonts.
@@ -215,9 +219,11 @@ void draw_key(Plan& plan, const Look& look) {
   entry(
       R"(<circle class="landmark" fill="#9aa4ad" cx="13" cy="0" r="9"/><circle class="landmark-edge" cx="13" cy="0" r="9"/>)",
       "landmark", 116);
-  entry(
-      R"(<path class="bar" style="stroke:#5a646e;stroke-width:2;stroke-dasharray:2 6" d="M0 0H26"/><circle class="waypoint" cx="13" cy="0" r="4"/>)",
-      "waypoints", 122);
+  if (has_waypoints) {
+    entry(
+        R"(<path class="bar" style="stroke:#5a646e;stroke-width:2;stroke-dasharray:2 6" d="M0 0H26"/><circle class="waypoint" cx="13" cy="0" r="4"/>)",
+        "waypoints", 122);
+  }
   if (!look.findings.empty()) {
     entry(R"(<circle class="badge" cx="13" cy="0" r="10"/>)", "disagreement, by its number", 220);
   }
@@ -241,7 +247,8 @@ std::string draw_above(const Subject& subject, const Look& look, const sim_povra
                    : fmt::format("what {} and {} say", subject.map.file.filename().string(),
                                  subject.robot.file.filename().string()));
   plan.words(look.findings.empty() ? "soft end" : "bad end", kLeft_px + plan.width_px(), 32,
-             look.findings.empty()       ? "no disagreement found"
+             look.findings.empty()
+                 ? (look.has_surfaces ? "no disagreement found" : "the map was not compared with the scene")
              : look.findings.size() == 1 ? "1 disagreement"
                                          : fmt::format("{} disagreements", look.findings.size()));
   if (above) {
@@ -257,7 +264,7 @@ std::string draw_above(const Subject& subject, const Look& look, const sim_povra
   draw_findings(plan, look);
   plan.add("<rect class=\"frame\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>", kLeft_px, kTop_px,
            plan.width_px(), plan.height_px());
-  draw_key(plan, look);
+  draw_key(plan, look, !subject.robot.waypoints.empty());
   return plan.str();
 }
 

@@ -23,6 +23,9 @@ constexpr double kSigmas = estimation::kOutsideSigmas;
 constexpr double kRange_m = runs::kStartWarning_m;
 constexpr double kBearing_rad = runs::kStartWarning_deg * std::numbers::pi / 180;
 
+/// Half of what a run warns of: without noise the rim is found to a few tenths of a pixel.
+constexpr double kRim_px = 0.5;
+
 /// What vision measured of a landmark, against the map.
 struct Sighted {
   std::size_t landmark = 0;
@@ -58,9 +61,11 @@ std::string describe(const Sighted& seen) {
 
 void check_images(const Subject& subject, const Image& lower, const Image& upper, Look& look) {
   const config::Map& map = subject.map;
-  const std::vector<std::string> rims = runs::rim_warnings(subject.robot, lower, upper);
+  const std::vector<std::string> rims = runs::rim_warnings(subject.robot, lower, upper, kRim_px);
   look.notes.insert(look.notes.end(), rims.begin(), rims.end());
-  if (rims.empty()) look.checked.emplace_back("both mirrors' rims in the images against rig:, to 1 px");
+  if (rims.empty()) {
+    look.checked.push_back(fmt::format("both mirrors' rims in the images against rig:, to {} px", kRim_px));
+  }
 
   const estimation::Estimator estimator(estimation::Method::kOutline, subject.robot, map);
   const auto answer = estimator.answer(lower, upper);
@@ -73,6 +78,11 @@ void check_images(const Subject& subject, const Image& lower, const Image& upper
   std::vector<std::string> unseen;
   for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
     const vision::RangeMeasurement& seen = answer->ranges[i];
+    // A landmark whose place is a finding already is not where it is looked for.
+    const bool is_named = std::ranges::any_of(look.findings, [&](const Finding& finding) {
+      return finding.place == FloorPoint{map.landmarks[i].x_m, map.landmarks[i].y_m};
+    });
+    if (is_named) continue;
     if (seen.range_m || seen.bearing_rad) {
       sighted.push_back(compare(i, map.landmarks[i], start, seen));
     } else {

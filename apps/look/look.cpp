@@ -177,6 +177,7 @@ Result<Look> look(const config::Robot& robot, const config::Map& map, const Look
   std::optional<sim_povray::SceneGeometry> scene;
   if (auto read = sim_povray::SceneGeometry::read(world.place)) {
     scene = *std::move(read);
+    result.has_surfaces = true;
     check_floor(subject, *scene, result);
     check_landmarks(subject, *scene, result);
     check_obstacles(subject, *scene, result);

@@ -48,6 +48,7 @@ struct Look {
   /// What a person should know and what is no disagreement: a check that was not possible, a rig that differs from the
   /// images.
   std::vector<std::string> notes{};
+  bool has_surfaces = false;                   ///< the map was compared with the scene's surfaces
   std::vector<std::string> checked{};          ///< one line for each check that was made
   std::vector<std::filesystem::path> files{};  ///< that were written, in order
 };

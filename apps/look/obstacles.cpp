@@ -82,8 +82,9 @@ std::string describe(const Thing& thing, const sim_povray::SceneGeometry& scene,
                      const std::string& map_file) {
   const auto most = std::ranges::max_element(thing.cells_of, {}, [](const auto& entry) { return entry.second; });
   const sim_povray::SceneObject& object = scene.objects()[std::size_t(most->first)];
-  const std::string others =
-      thing.cells_of.size() > 1 ? fmt::format(" and {} more objects", thing.cells_of.size() - 1) : "";
+  const std::string others = thing.cells_of.size() > 1 ? fmt::format(" and {} other{}", thing.cells_of.size() - 1,
+                                                                     thing.cells_of.size() > 2 ? "s" : "")
+                                                       : "";
   const std::string high = thing.top_m >= height_m ? fmt::format("{:.2f} m or more high", height_m)
                                                    : fmt::format("up to {:.2f} m high", thing.top_m);
   return fmt::format("{}:{}: {}{} at x {:.2f} to {:.2f}, y {:.2f} to {:.2f}, {}: no obstacle of {} covers it",

@@ -123,16 +123,16 @@ std::vector<SceneCylinder> SceneGeometry::upright_cylinders() const {
   std::vector<SceneCylinder> found;
   int number = 0;
   // Items are numbered in the order in which unions are taken apart, as TracedScene does.
-  const auto visit = [&](const auto& self, const Object& object, const Texture* texture) -> void {
+  const auto visit = [&](const auto& self, const Object& object, const Texture* texture, int mover) -> void {
     if (object.texture) texture = object.texture.get();
     const auto* csg = std::get_if<Csg>(&object.shape);
     if (csg != nullptr && csg->combination == Combination::kUnion && !object.inverse && object.clipped_by.empty()) {
-      for (const Object& part : csg->parts) self(self, part, texture);
+      for (const Object& part : csg->parts) self(self, part, texture, mover);
       return;
     }
     const int index = number++;
     const auto* cone = std::get_if<Cone>(&object.shape);
-    if (cone == nullptr || object.mover != -1 || cone->base_radius != cone->cap_radius || object.inverse ||
+    if (cone == nullptr || mover != -1 || cone->base_radius != cone->cap_radius || object.inverse ||
         object.no_reflection || !object.clipped_by.empty() || texture == nullptr) {
       return;
     }
@@ -151,7 +151,7 @@ std::vector<SceneCylinder> SceneGeometry::upright_cylinders() const {
     found.push_back({middle.x * in.unit_m, middle.z * in.unit_m, first * in.unit_m, std::min(base.y, cap.y) * in.unit_m,
                      std::max(base.y, cap.y) * in.unit_m, as_array(pigment_colour(texture->pigment, side)), index});
   };
-  for (const Object& object : in.scene.scene().objects) visit(visit, object, nullptr);
+  for (const Object& object : in.scene.scene().objects) visit(visit, object, nullptr, object.mover);
   return found;
 }
 
