@@ -28,6 +28,8 @@ struct Subject {
 /// Differences of up to this are the rounding of a map that is written in millimetres (0.5 mm in x and in y are 0.7 mm
 /// in the plane). A robot's best positions are off by half as much.
 constexpr double kMap_m = 0.001;
+/// A floor that is higher or lower: tape is thinner, and 2 mm of height are 10 mm of range.
+constexpr double kFloor_m = 0.002;
 /// The difference of hue from which a colour is another: a quarter of the window in which vision accepts a pixel as the
 /// landmark's (HueLabels::kHueWindow_rad). Light and noise need the rest.
 constexpr double kHue_deg = 5;

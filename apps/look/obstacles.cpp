@@ -214,8 +214,8 @@ void check_floor(const Subject& subject, const sim_povray::SceneGeometry& scene,
   if (!hit) return add(fmt::format("{}: there is no floor under the start ({}, {})", scene_file, start.x_m, start.y_m));
   const double floor_m = from_m - hit->distance_m;
   // What stands at the start is a finding of check_obstacles().
-  if (floor_m > kLow_m || std::abs(floor_m) <= kMap_m) {
-    look.checked.push_back(fmt::format("the floor under the start, to {:.0f} mm", 1000 * kMap_m));
+  if (floor_m > kLow_m || std::abs(floor_m) <= kFloor_m) {
+    look.checked.push_back(fmt::format("the floor under the start, to {:.0f} mm", 1000 * kFloor_m));
     return;
   }
   const sim_povray::SceneObject& object = scene.objects()[std::size_t(hit->object)];

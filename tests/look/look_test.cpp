@@ -252,8 +252,8 @@ TEST(Look, AMapOnlyComparesWhatTheSceneShowsInMirrors) {
 
 /// Writes a robot file for the room and returns what look() says.
 Result<Look> look_at(const std::string& map, const testing_support::TemporaryFolder& folder,
-                     const std::string& rim_radius_px = "118.0") {
-  static_cast<void>(folder.write("room.pov", kScene));
+                     const std::string& rim_radius_px = "118.0", const std::string& scene = kScene) {
+  static_cast<void>(folder.write("room.pov", scene));
   static_cast<void>(folder.write("room.map.yaml", map));
   const config::Robot robot = config::read_robot(folder.write("robot.yaml", fmt::format(R"(name: lab
 map: room.map.yaml
@@ -294,6 +294,19 @@ TEST(LookImages, ALandmarkThatIsElsewhereIsNamedOnceAndDrawn) {
   ASSERT_THAT(kinds(*seen), ElementsAre(Disagreement::kLandmarkPlace)) << lines_of(*seen);
   EXPECT_THAT(seen->findings[0].text, HasSubstr("room.map.yaml:5: landmark red is at (1.720, 0.250)"));
   EXPECT_THAT(folder.read("out/above.svg"), AllOf(HasSubstr("1 disagreement<"), HasSubstr("class=\"shown\"")));
+}
+
+/// What only POV-Ray can render is compared by its images alone.
+TEST(LookImages, ASceneThatOnlyPovrayKnowsIsJudgedByWhatIsSeen) {
+  const testing_support::TemporaryFolder folder;
+  const auto seen = look_at(with(kMap, "x_m: 1.80, y_m: 0.25", "x_m: 1.72, y_m: 0.25"), folder, "118.0",
+                            with(kScene, "background", "fog { distance 100000 color rgb 0.7 } background"));
+  ASSERT_TRUE(seen) << seen.error().message;
+  ASSERT_THAT(kinds(*seen), ElementsAre(Disagreement::kSighting)) << lines_of(*seen);
+  EXPECT_THAT(seen->findings[0].text, HasSubstr("room.map.yaml:5: landmark red is seen from the start +"));
+  EXPECT_THAT(seen->notes, Contains(HasSubstr("room.pov:4: 'fog' is not supported")));
+  EXPECT_FALSE(seen->has_surfaces);
+  EXPECT_THAT(folder.read("out/above.svg"), HasSubstr("data:image/jpeg"));
 }
 
 TEST(LookImages, ARigThatIsNotThatOfTheImagesIsANote) {
