@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
-#include <numbers>
 #include <stop_token>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,6 +26,8 @@ constexpr double kAbove_m = 0.25;
 constexpr double kBelowCeiling_m = 0.02;
 constexpr int kPlanWidth_px = 1400;
 constexpr int kPlanHeight_px = 1400;
+/// POV-Ray renders fewer pixels: the chess set of its examples at full size takes it more than two minutes.
+constexpr int kPovrayShare = 2;
 constexpr std::string_view kPlan = "above.svg";
 
 std::filesystem::path image_file(const std::filesystem::path& folder, const std::string& camera) {
@@ -121,6 +123,7 @@ sim_povray::OverheadView plan_view(const Subject& subject, const sim_povray::Sce
                                 .max_y_m = bounds.max_y_m + kMargin_m};
   const double tallness = (view.max_y_m - view.min_y_m) / (view.max_x_m - view.min_x_m);
   view.width_px = std::max(1, int(std::min(double(kPlanWidth_px), kPlanHeight_px / tallness)));
+  if (scene == nullptr) view.width_px = std::max(1, view.width_px / kPovrayShare);
   view.height_m = plan_height_m(subject, scene);
   return view;
 }
@@ -166,9 +169,14 @@ Result<Look> look(const config::Robot& robot, const config::Map& map, const Look
     const std::lock_guard lock(mutex);
     result.notes.push_back("note: " + notice);
   };
+  const bool is_new = !std::filesystem::exists(options.out);
   runlog::make_folder(options.out);
   const auto images = first_images(*settings, options.out, result);
-  if (!images) return images.error();
+  if (!images) {
+    std::error_code ignored;
+    if (is_new) std::filesystem::remove(options.out, ignored);  // if it is empty
+    return images.error();
+  }
 
   const sim_povray::KeyPlaces places = config::key_places(robot, map);
   const Subject subject{robot, map, places};
