@@ -51,9 +51,9 @@ struct Grid {
   }
 
   [[nodiscard]] FloorPoint centre(std::size_t i) const {
-    const auto column = double(i % std::size_t(columns));
-    const auto row = double(i / std::size_t(columns));
-    return {corner.x_m + (column + 0.5) * kCell_m, corner.y_m + (row + 0.5) * kCell_m};
+    const std::size_t column = i % std::size_t(columns);
+    const std::size_t row = i / std::size_t(columns);
+    return {corner.x_m + (double(column) + 0.5) * kCell_m, corner.y_m + (double(row) + 0.5) * kCell_m};
   }
 
   int columns, rows;

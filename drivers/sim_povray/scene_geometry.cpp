@@ -173,8 +173,8 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
       if (group.mover != -1 || !item.in_image || (bounds && (bounds->low.y > high || bounds->high.y < high))) continue;
       int inside = 0;
       for (int i = 0; i < kAirGrid * kAirGrid; ++i) {
-        const Vec3 p =
-            point_at((i % kAirGrid + 0.5) * width_px / kAirGrid, (i / kAirGrid + 0.5) * height_px / kAirGrid);
+        const int row = i / kAirGrid;
+        const Vec3 p = point_at((i % kAirGrid + 0.5) * width_px / kAirGrid, (row + 0.5) * height_px / kAirGrid);
         inside += in.is_inside(item, p) ? 1 : 0;
       }
       if (inside <= kAirGrid * kAirGrid / 2) cut.push_back(&item);
@@ -197,8 +197,8 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
   for (int top = 0; top < height_px; top += kTilePixels) {
     for (int left = 0; left < width_px; left += kTilePixels) {
       for (int lane = 0; lane < kTileRays; ++lane) {
-        bundle->rays.origin.set(
-            lane, point_at(left + (lane % kSide + 0.5) / kSamples, top + (lane / kSide + 0.5) / kSamples));
+        const int row = lane / kSide;
+        bundle->rays.origin.set(lane, point_at(left + (lane % kSide + 0.5) / kSamples, top + (row + 0.5) / kSamples));
         bundle->rays.direction.set(lane, down);
       }
       bundle->t_max.fill(kInfinity);
