@@ -104,6 +104,16 @@ expect 'import, times of no unit' 1 "times.txt:1: the time is '15', must be seco
 expect 'import, times of unknown unit' 2 'times-in' bash -c 'import --times-in minutes'
 expect 'import without images' 2 'lower is required' "$twocone" import --robot robots/small.yaml --out "$work/imported"
 [ -e "$work/imported" ] && fail 'import: a folder was left behind'
+expect 'look at no robot file' 1 'nowhere.yaml' "$twocone" look --robot robots/nowhere.yaml
+expect 'look without robot' 2 'robot' "$twocone" look
+expect 'look at a real robot' 1 'usb_camera.yaml: no part has driver sim_povray: .*twocone doctor' "$twocone" look --robot "$source_dir/robots/usb_camera.yaml" --out "$work/looked"
+expect 'look with an unknown renderer' 2 'renderer: .*blender.*auto,native,povray' "$twocone" look --robot robots/small.yaml --renderer blender
+mkdir "$work/seen"
+touch "$work/seen/upper.png"
+expect 'look onto an image' 1 'seen/upper.png exists: --force' "$twocone" look --robot robots/small.yaml --out "$work/seen"
+expect 'look into no folder' 1 "$work/file" "$twocone" look --robot robots/small.yaml --out "$work/file/look"
+expect 'look at no scene' 1 'nowhere.pov' "$twocone" look --robot robots/no_scene.yaml --out "$work/looked"
+[ -e "$work/looked" ] && fail 'look: a folder was left behind'
 expect 'doctor of no robot file' 1 'nowhere.yaml' "$twocone" doctor --robot robots/nowhere.yaml
 expect 'doctor of a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' "$twocone" doctor --robot robots/typo.yaml
 expect 'doctor without robot' 2 'robot' "$twocone" doctor
