@@ -2,6 +2,7 @@
 #include "drivers/sim_povray/scene_geometry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -9,7 +10,6 @@
 
 #include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/native/pigment_colour.h"
-#include "drivers/sim_povray/render/native/shading.h"
 #include "drivers/sim_povray/render/native/tile_tracer.h"
 #include "drivers/sim_povray/render/native/traced_scene.h"
 #include "drivers/sim_povray/scene/evaluator.h"
@@ -189,6 +189,9 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
   std::uint8_t* const bytes = image.bytes.data();
   auto bundle = std::make_unique<RayBundle>();
   auto seen = std::make_unique<SeenTile>();
+  auto means = std::make_unique<TileVectors>();
+  std::array<std::uint8_t, 3 * kTileRays> means_bytes;
+  const PosedScene posed(in.scene, in.poses);
   const Vec3 down{0, -1, 0};
   constexpr int kSide = kSamples * kTilePixels;
   bundle->used = ~std::uint64_t{0};
@@ -203,23 +206,22 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
       }
       bundle->t_max.fill(kInfinity);
       fill_unused(*bundle);
-      trace_tile(in.scene, in.poses, *bundle, 1, kAllGroups, weights, *seen);
+      trace_tile(posed, *bundle, 1, kAllGroups, weights, *seen);
       for (int y = top; y < std::min(top + kTilePixels, height_px); ++y) {
         for (int x = left; x < std::min(left + kTilePixels, width_px); ++x) {
           Colour sum;
           for (int sample = 0; sample < kSamples * kSamples; ++sample) {
             const int lane =
                 ((y - top) * kSamples + sample / kSamples) * kSide + (x - left) * kSamples + sample % kSamples;
-            const bool met = (seen->met >> lane & 1) != 0;
-            const Vec3 at = bundle->rays.origin.at(lane);
-            sum += is_cut(at) ? kCut : met ? seen->colours[std::size_t(lane)] : sky_colour(in.scene.scene(), down);
+            sum += is_cut(bundle->rays.origin.at(lane)) ? kCut : seen->colours.at(lane);
           }
-          sum = sum / (kSamples * kSamples);
-          std::uint8_t* const pixel = bytes + 3 * (std::size_t(y) * std::size_t(width_px) + std::size_t(x));
-          pixel[0] = srgb_byte(sum.x);
-          pixel[1] = srgb_byte(sum.y);
-          pixel[2] = srgb_byte(sum.z);
+          means->set((y - top) * kTilePixels + x - left, sum / (kSamples * kSamples));
         }
+      }
+      srgb_bytes(*means, means_bytes);
+      for (int y = top; y < std::min(top + kTilePixels, height_px); ++y) {
+        std::copy_n(means_bytes.data() + 3 * kTilePixels * (y - top), 3 * std::min(kTilePixels, width_px - left),
+                    bytes + 3 * (std::size_t(y) * std::size_t(width_px) + std::size_t(left)));
       }
     }
   }
