@@ -155,7 +155,8 @@ Image rendered(const NativeView& view, const std::string& pose) {
   const auto poses = parse_poses(pose);
   Image image{view.width_px(), view.height_px(), PixelFormat::kRgb8,
               Bytes(std::vector<std::uint8_t>(3 * std::size_t(view.width_px()) * std::size_t(view.height_px())))};
-  for (int band = 0; band < view.bands(); ++band) view.render(*poses, band, image);
+  const NativeView::Moment moment = view.at(*poses);
+  for (int band = 0; band < view.bands(); ++band) view.render(moment, band, image);
   return image;
 }
 
@@ -166,11 +167,12 @@ double wall_s(const Stage& stage, int threads) {
   for (const View& view : stage.views()) {
     const int width = view.native->width_px(), height = view.native->height_px();
     Image image{width, height, PixelFormat::kRgb8, Bytes(std::vector<std::uint8_t>(3 * std::size_t(width * height)))};
+    const NativeView::Moment moment = view.native->at(*poses);
     std::atomic<int> next = 0;
     std::vector<std::jthread> workers;
     for (int i = 0; i < threads; ++i) {
       workers.emplace_back([&] {
-        for (int band = next++; band < view.native->bands(); band = next++) view.native->render(*poses, band, image);
+        for (int band = next++; band < view.native->bands(); band = next++) view.native->render(moment, band, image);
       });
     }
   }

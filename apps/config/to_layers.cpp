@@ -154,6 +154,12 @@ double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
 
 void add_keys(const YAML::Node& node, const std::string& prefix, const std::string& file,
               sim_povray::KeyPlaces& places) {
+  if (node.IsSequence() && !prefix.empty()) {
+    const std::string list = prefix.substr(0, prefix.size() - 1);
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      places.emplace(fmt::format("{}[{}]", list, i), fmt::format("{}:{}", file, node[i].Mark().line + 1));
+    }
+  }
   if (!node.IsMap()) return;
   for (const auto& pair : node) {
     if (!pair.first.IsScalar()) continue;  // the reader of the file rejects such a key

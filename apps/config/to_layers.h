@@ -41,8 +41,9 @@ sim_povray::PlaceSettings to_place(const Map& map);
 std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& settings);
 
 /// Returns the line of each key of the robot file, "effects.slip" -> "robots/lab_sim.yaml:58", and of its map, with a
-/// prefix: "map.effects.shadows" -> "scenes/lab.map.yaml:53". It contains the key of a list but no keys inside a list.
-/// Both files are read again. @throws FileError as read_robot for files that cannot be read
+/// prefix: "map.effects.shadows" -> "scenes/lab.map.yaml:53". It contains the key of a list and its entries,
+/// "map.landmarks[0]", but no keys inside them. Both files are read again. @throws FileError as read_robot for files
+/// that cannot be read
 sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map);
 
 /// Places the upper lens so that the tips are mirror_separation_m apart. @throws FileError if MirrorView rejects a view

@@ -23,20 +23,9 @@ constexpr double kLeastShare = 0.02;
 constexpr double kEye_m = 1.5;
 
 struct Seen {
-  SceneGeometry::Surface surface;
-  double distance;  // from the camera over the floor
+  sim_povray::SurfacePoint surface;
+  double away;  // from below where the ray begins
 };
-
-/// Surfaces at one height.
-struct Level {
-  std::vector<Seen> seen;
-};
-
-/// Sorts level surfaces by height. @param step heights that differ by less are one
-void add(std::map<long, Level>& levels, double step, const Seen& seen) {
-  if (std::abs(seen.surface.normal.y) < kLevel) return;
-  levels[std::lround(seen.surface.point.y / step)].seen.push_back(seen);
-}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
@@ -48,7 +37,6 @@ double median(std::vector<double> values) {
 std::optional<std::pair<double, int>> stated_unit(const std::filesystem::path& scene) {
   static const std::regex kStatement(R"(//.*\b1\s+(?:POV-?Ray\s+)?unit\s*=\s*([0-9.]+)\s*(mm|cm|m|metres?|meters?)\b)",
                                      std::regex::icase);
-  const std::map<char, double> lengths{{'c', 0.01}, {'C', 0.01}};
   std::ifstream file(scene);
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
@@ -56,7 +44,7 @@ std::optional<std::pair<double, int>> stated_unit(const std::filesystem::path& s
     // Lines of data would take the expression long.
     if (line.size() > 200 || !std::regex_search(line, found, kStatement)) continue;
     const std::string name = found[2];
-    const double length_m = name == "mm" || name == "MM" ? 1e-3 : lengths.contains(name[0]) ? 1e-2 : 1;
+    const double length_m = name.size() != 2 ? 1 : name[0] == 'm' || name[0] == 'M' ? 1e-3 : 1e-2;
     const double value = std::atof(found[1].str().c_str()) * length_m;
     if (value > 0) return std::pair(value, number);
   }
@@ -73,59 +61,44 @@ double rounded(double value) {
   return best;
 }
 
-/// Looks through the scene's own camera.
-std::map<long, Level> levels_in_image(const SceneGeometry& geometry, const sim_povray::PerspectiveCamera& camera,
-                                      double step) {
-  std::map<long, Level> levels;
+/// Returns what rays see of the height at which they meet most level surfaces below them; nothing, if that is little.
+/// @param step heights that differ by less are one @param ray_of the ray for two numbers from -1/2 to 1/2
+template <class RayOf>
+std::vector<Seen> largest_level(const SceneGeometry& geometry, double step, RayOf ray_of) {
+  std::map<long, std::vector<Seen>> levels;
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      const Vec3 direction =
-          camera.direction + camera.right * ((column + 0.5) / kColumns - 0.5) + camera.up * (0.5 - (row + 0.5) / kRows);
-      const auto met = geometry.nearest(camera.location, normalized(direction));
-      if (!met || met->point.y >= camera.location.y) continue;
-      add(levels, step, {*met, std::hypot(met->point.x - camera.location.x, met->point.z - camera.location.z)});
+      const sim_povray::Ray ray = ray_of((column + 0.5) / kColumns - 0.5, 0.5 - (row + 0.5) / kRows);
+      const auto met = geometry.cast(ray.origin, normalized(ray.direction));
+      if (!met || std::abs(met->normal.z) < kLevel || met->point.z >= ray.origin.z) continue;
+      levels[std::lround(met->point.z / step)].push_back(
+          {*met, std::hypot(met->point.x - ray.origin.x, met->point.y - ray.origin.y)});
     }
   }
-  return levels;
+  const auto best = std::ranges::max_element(levels, {}, [](const auto& item) { return item.second.size(); });
+  if (best == levels.end() || double(best->second.size()) < kLeastShare * kColumns * kRows) return {};
+  return std::move(best->second);
 }
 
-/// Looks straight down on what is finite.
-std::map<long, Level> levels_from_above(const SceneGeometry& geometry, const Bounds3& around, double step) {
-  std::map<long, Level> levels;
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
-      const Vec3 above{around.low.x + (around.high.x - around.low.x) * (column + 0.5) / kColumns, around.high.y + 1,
-                       around.low.z + (around.high.z - around.low.z) * (row + 0.5) / kRows};
-      if (const auto met = geometry.nearest(above, {0, -1, 0})) add(levels, step, {*met, 0});
-    }
-  }
-  return levels;
-}
-
-const Level* largest(const std::map<long, Level>& levels) {
-  const auto best = std::ranges::max_element(levels, {}, [](const auto& item) { return item.second.seen.size(); });
-  if (best == levels.end() || double(best->second.seen.size()) < kLeastShare * kColumns * kRows) return nullptr;
-  return &best->second;
-}
-
-/// A box around the finite solids, without the few that are far larger than the others: skies.
+/// A box around the finite objects, without the few that are far larger than the others: skies.
 std::optional<Bounds3> extent(const SceneGeometry& geometry) {
+  std::vector<Bounds3> boxes;
   std::vector<double> sizes;
-  const auto size = [](const Bounds3& box) { return std::hypot(box.high.x - box.low.x, box.high.z - box.low.z); };
-  for (const auto& solid : geometry.solids()) {
-    if (solid.bounds) sizes.push_back(size(*solid.bounds));
+  const auto size = [](const Bounds3& box) { return std::hypot(box.high.x - box.low.x, box.high.y - box.low.y); };
+  for (std::size_t i = 0; i < geometry.objects().size(); ++i) {
+    const auto box = geometry.bounds(int(i));
+    if (!box || !geometry.objects()[i].is_still) continue;
+    boxes.push_back(*box);
+    sizes.push_back(size(*box));
   }
-  if (sizes.empty()) return std::nullopt;
-  const double most = 100 * median(sizes);
-  std::optional<Bounds3> result;
-  for (const auto& solid : geometry.solids()) {
-    if (!solid.bounds || size(*solid.bounds) > most) continue;
-    const Bounds3& box = *solid.bounds;
-    if (!result) result = box;
-    result->low = {std::min(result->low.x, box.low.x), std::min(result->low.y, box.low.y),
-                   std::min(result->low.z, box.low.z)};
-    result->high = {std::max(result->high.x, box.high.x), std::max(result->high.y, box.high.y),
-                    std::max(result->high.z, box.high.z)};
+  if (boxes.empty()) return std::nullopt;
+  std::erase_if(boxes, [&, most = 100 * median(sizes)](const Bounds3& box) { return size(box) > most; });
+  Bounds3 result = boxes.front();
+  for (const Bounds3& box : boxes) {
+    result.low = {std::min(result.low.x, box.low.x), std::min(result.low.y, box.low.y),
+                  std::min(result.low.z, box.low.z)};
+    result.high = {std::max(result.high.x, box.high.x), std::max(result.high.y, box.high.y),
+                   std::max(result.high.z, box.high.z)};
   }
   return result;
 }
@@ -134,36 +107,38 @@ std::optional<Bounds3> extent(const SceneGeometry& geometry) {
 
 Floor find_floor(const SceneGeometry& geometry, const RoomSettings& settings) {
   const std::optional<Bounds3> around = extent(geometry);
-  const auto& camera = geometry.camera();
-  const double height = around ? around->high.y - around->low.y : camera ? std::abs(camera->location.y) : 1;
+  const auto camera = geometry.camera();
+  const double height = around ? around->high.z - around->low.z : camera ? std::abs(camera->location.z) : 1;
   // Heights of one floor agree to within rounding.
   const double step = std::max(1e-9, 1e-5 * height);
-  if (camera && std::abs(camera->right.y) > 0.5 * length(camera->right)) {
+  if (camera && std::abs(camera->right.z) > 0.5 * length(camera->right)) {
     throw NoPlace("{}: its camera does not stand upright: a robot needs a scene in which y is up",
                   settings.scene.string());
   }
-  std::map<long, Level> levels;
-  const Level* level = nullptr;
+  std::vector<Seen> level;
   if (camera) {
-    levels = levels_in_image(geometry, *camera, step);
-    level = largest(levels);
+    level = largest_level(geometry, step, [&](double u, double v) -> sim_povray::Ray {
+      return {camera->location, camera->direction + camera->right * u + camera->up * v};
+    });
   }
-  const bool is_shown = level != nullptr;
+  const bool is_shown = !level.empty();
   if (!is_shown && around) {
-    levels = levels_from_above(geometry, *around, step);
-    level = largest(levels);
+    const Vec3 middle = (around->low + around->high) / 2, size = around->high - around->low;
+    level = largest_level(geometry, step, [&](double u, double v) -> sim_povray::Ray {
+      return {{middle.x + size.x * u, middle.y + size.y * v, around->high.z + 1}, {0, 0, -1}};
+    });
   }
-  if (level == nullptr) {
+  if (level.empty()) {
     throw NoPlace("{}: no floor was found: neither the scene's camera nor a view from above shows a level surface",
                   settings.scene.string());
   }
 
   Floor floor;
   std::vector<double> heights;
-  for (const Seen& seen : level->seen) heights.push_back(seen.surface.point.y);
-  floor.y = median(heights);
-  const auto& solid = geometry.solids()[level->seen[level->seen.size() / 2].surface.solid];
-  floor.place = fmt::format("{}, {}", solid.kind, solid.place);
+  for (const Seen& seen : level) heights.push_back(seen.surface.point.z);
+  floor.units = median(heights);
+  const auto& object = geometry.objects()[std::size_t(level[level.size() / 2].surface.object)];
+  floor.place = fmt::format("{}, {}", object.kind, object.place());
 
   if (settings.unit_m) {
     floor.unit_m = *settings.unit_m;
@@ -172,25 +147,23 @@ Floor find_floor(const SceneGeometry& geometry, const RoomSettings& settings) {
     floor.unit_m = stated->first;
     floor.why_unit = fmt::format("a comment of the scene, {}:{}", settings.scene.string(), stated->second);
   } else if (is_shown) {
-    floor.unit_m = rounded(kEye_m / (camera->location.y - floor.y));
-    floor.why_unit = fmt::format(
-        "estimated: the scene's camera is {:.3g} units above the floor, taken as {} m; "
-        "--unit-m changes it",
-        camera->location.y - floor.y, kEye_m);
+    floor.unit_m = rounded(kEye_m / (camera->location.z - floor.units));
+    floor.why_unit =
+        fmt::format("estimated: the scene's camera is {:.3g} units above the floor, taken as {} m; --unit-m changes it",
+                    camera->location.z - floor.units, kEye_m);
   } else {
     constexpr double kAcross_m = 6;
-    floor.unit_m = rounded(kAcross_m / std::max(around->high.x - around->low.x, around->high.z - around->low.z));
+    floor.unit_m = rounded(kAcross_m / std::max(around->high.x - around->low.x, around->high.y - around->low.y));
     floor.why_unit = fmt::format("estimated: the scene is taken as {} m across; --unit-m changes it", kAcross_m);
   }
 
   // The nearer half of what the camera shows of the floor is where the scene's author looked: horizons are far.
-  std::vector<Seen> seen = level->seen;
-  std::ranges::sort(seen, {}, &Seen::distance);
-  if (is_shown) seen.resize((seen.size() + 1) / 2);
+  std::ranges::sort(level, {}, &Seen::away);
+  if (is_shown) level.resize((level.size() + 1) / 2);
   std::vector<double> x, y;
-  for (const Seen& one : seen) {
-    x.push_back(one.surface.point.x * floor.unit_m);
-    y.push_back(one.surface.point.z * floor.unit_m);
+  for (const Seen& seen : level) {
+    x.push_back(seen.surface.point.x * floor.unit_m);
+    y.push_back(seen.surface.point.y * floor.unit_m);
   }
   floor.centre = {median(x), median(y)};
   return floor;

@@ -51,60 +51,36 @@ constexpr std::array<Hue, 12> kHues{{{"red", {kHigh, kLow, kLow}},
                                      {"orange", {kHigh, kMiddle, kLow}},
                                      {"lime", {kMiddle, kHigh, kLow}}}};
 
-double saturation(const std::array<double, 3>& c) {
-  const auto [least, greatest] = std::ranges::minmax(c);
-  return greatest > 0 ? (greatest - least) / greatest : 0;
-}
-
-/// Angle about the grey axis. Requires a colour that is not grey.
-double hue_rad(const std::array<double, 3>& c) {
-  return std::atan2(std::sqrt(3.0) * (c[1] - c[2]), 2 * c[0] - c[1] - c[2]);
-}
-
-double apart_rad(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return std::abs(base::wrap_angle_rad(hue_rad(a) - hue_rad(b)));
-}
-
-std::array<double, 3> as_array(const sim_povray::Colour& c) { return {c.x, c.y, c.z}; }
-
 /// Returns the name of the nearest hue.
 std::string name_of(const std::array<double, 3>& colour) {
-  return std::ranges::min_element(kHues, {}, [&](const Hue& hue) { return apart_rad(hue.colour, colour); })->name;
+  return std::ranges::min_element(kHues, {},
+                                  [&](const Hue& hue) { return vision::hue_distance_rad(hue.colour, colour); })
+      ->name;
 }
 
 double distance_m(const FloorPoint& a, const FloorPoint& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
-
-/// Returns whether nothing of the scene is on the line between two points but the last `left_m` of it.
-bool is_in_sight(const SceneGeometry& geometry, const WorldFrame& frame, const Vec3& from, const Vec3& to,
-                 double left_m) {
-  const Vec3 way = to - from;
-  const double most = length(way) - left_m / frame.unit_m;
-  return most <= 0 || !geometry.nearest(from, normalized(way), most);
-}
 
 /// The hues that may be added, the best first.
 std::vector<Hue> free_hues(const SceneGeometry& geometry, const std::vector<FoundLandmark>& present,
                            std::vector<std::string>& warnings) {
   // In scenes of other gamma, colours are more saturated than their text says.
   constexpr double kStrong = 0.4;
-  std::vector<std::array<double, 3>> held;
-  const auto is_strong = [](const sim_povray::Colour& colour) {
-    const auto c = as_array(colour);
-    return saturation(c) >= kStrong && std::ranges::max(c) >= kLeastBrightness;
+  const auto is_weak = [](const sim_povray::Rgb& c) {
+    return vision::saturation(c) < kStrong || std::ranges::max(c) < kLeastBrightness;
   };
-  std::vector<sim_povray::Colour> colours = geometry.colours();
-  const std::vector<sim_povray::Colour> sky = geometry.sky_colours();
-  if (std::ranges::any_of(sky, is_strong)) {
+  std::vector<sim_povray::Rgb> held = geometry.colours();
+  const std::vector<sim_povray::Rgb> sky = geometry.sky_colours();
+  if (!std::ranges::all_of(sky, is_weak)) {
     warnings.emplace_back("the sky has a strong colour: vision needs pale surroundings, and may find no landmark");
   }
-  colours.insert(colours.end(), sky.begin(), sky.end());
-  for (const sim_povray::Colour& colour : colours) {
-    if (is_strong(colour)) held.push_back(as_array(colour));
-  }
+  held.insert(held.end(), sky.begin(), sky.end());
+  std::erase_if(held, is_weak);
   std::vector<Hue> chosen;
   const auto add = [&](bool is_free) {
     for (const Hue& hue : kHues) {
-      const auto is_near = [&](const std::array<double, 3>& c) { return apart_rad(c, hue.colour) < kApart_rad; };
+      const auto is_near = [&](const std::array<double, 3>& c) {
+        return vision::hue_distance_rad(c, hue.colour) < kApart_rad;
+      };
       const bool is_taken =
           std::ranges::any_of(present, [&](const FoundLandmark& f) { return is_near(f.landmark.colour); }) ||
           std::ranges::any_of(chosen, [&](const Hue& other) { return is_near(other.colour); });
@@ -129,39 +105,37 @@ std::vector<Hue> free_hues(const SceneGeometry& geometry, const std::vector<Foun
 
 }  // namespace
 
-std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const WorldFrame& frame,
-                                           const FloorPoint& centre, std::vector<std::size_t>& solids,
-                                           std::vector<std::string>& warnings) {
+std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const FloorPoint& centre,
+                                           std::vector<int>& objects, std::vector<std::string>& warnings) {
   std::vector<FoundLandmark> found;
-  std::vector<std::size_t> of_found;
-  constexpr double kHalf_m = FloorGrid::kCell_m * FloorGrid::kCells / 2;
-  for (const auto& cylinder : geometry.cylinders()) {
+  std::vector<int> of_found;
+  constexpr double kHalf_m = FloorPlan::kCell_m * FloorPlan::kCells / 2;
+  for (const sim_povray::SceneCylinder& cylinder : geometry.upright_cylinders()) {
     if (!cylinder.colour) continue;
-    const auto colour = as_array(*cylinder.colour);
-    if (saturation(colour) < kLeastSaturation || std::ranges::max(colour) < kLeastBrightness) continue;
-    const double base_m = (cylinder.base.y - frame.floor) * frame.unit_m;
+    const sim_povray::Rgb& colour = *cylinder.colour;
+    if (vision::saturation(colour) < kLeastSaturation || std::ranges::max(colour) < kLeastBrightness) continue;
     Landmark landmark{.name = name_of(colour),
                       .colour = colour,
-                      .x_m = cylinder.base.x * frame.unit_m,
-                      .y_m = cylinder.base.z * frame.unit_m,
-                      .radius_m = cylinder.radius * frame.unit_m,
-                      .top_m = base_m + cylinder.height * frame.unit_m};
+                      .x_m = cylinder.x_m,
+                      .y_m = cylinder.y_m,
+                      .radius_m = cylinder.radius_m,
+                      .top_m = cylinder.top_m};
     for (double& part : landmark.colour) part = std::clamp(part, 0.0, 1.0);
-    if (base_m > FloorGrid::kLow_m || landmark.top_m < kLeastTop_m || landmark.top_m > kGreatestTop_m) continue;
-    if (landmark.radius_m < kLeastRadius_m || landmark.radius_m > kGreatestRadius_m) continue;
-    if (std::abs(landmark.x_m - centre.x_m) > kHalf_m || std::abs(landmark.y_m - centre.y_m) > kHalf_m) continue;
-    // A thing that stands on it hides the edge of its top.
-    if (geometry.nearest(frame.scene(landmark.x_m, landmark.y_m, landmark.top_m + 0.001), {0, 1, 0},
-                         0.05 / frame.unit_m)) {
+    if (cylinder.bottom_m > FloorPlan::kLow_m || landmark.top_m < kLeastTop_m || landmark.top_m > kGreatestTop_m ||
+        landmark.radius_m < kLeastRadius_m || landmark.radius_m > kGreatestRadius_m ||
+        std::abs(landmark.x_m - centre.x_m) > kHalf_m || std::abs(landmark.y_m - centre.y_m) > kHalf_m) {
       continue;
     }
-    found.push_back({landmark, geometry.solids()[cylinder.solid].place});
-    of_found.push_back(cylinder.solid);
+    // A thing that stands on it hides the edge of its top.
+    if (geometry.cast({landmark.x_m, landmark.y_m, landmark.top_m + 0.001}, {0, 0, 1}, 0.05)) continue;
+    found.push_back({landmark, geometry.objects()[std::size_t(cylinder.object)].place()});
+    of_found.push_back(cylinder.object);
   }
   std::vector<FoundLandmark> result;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const auto has_its_hue = [&](const FoundLandmark& other) {
-      return apart_rad(found[i].landmark.colour, other.landmark.colour) < vision::HueLabels::kHueWindow_rad;
+      return vision::hue_distance_rad(found[i].landmark.colour, other.landmark.colour) <
+             vision::HueLabels::kHueWindow_rad;
     };
     if (std::ranges::count_if(found, has_its_hue) > 1) {  // one is itself
       warnings.push_back(fmt::format("{}: no landmark, because another cylinder has its hue, {}", found[i].place,
@@ -175,43 +149,44 @@ std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const 
       found[i].landmark.name = fmt::format("{} {}", name, ++number);
     }
     result.push_back(found[i]);
-    solids.push_back(of_found[i]);
+    objects.push_back(of_found[i]);
   }
   return result;
 }
 
-bool sees(const SceneGeometry& geometry, const WorldFrame& frame, const FloorPoint& from, const Landmark& landmark) {
+bool sees(const SceneGeometry& geometry, const FloorPoint& from, const Landmark& landmark) {
   constexpr double kFarthest_m = 6;
   const double distance = distance_m(from, {landmark.x_m, landmark.y_m});
   if (distance > kFarthest_m || distance < landmark.radius_m + StandardRobot::kRadius_m) return false;
   for (const double eye_m : {StandardRobot::kLowerTip_m, StandardRobot::kUpperTip_m}) {
-    const Vec3 eye = frame.scene(from.x_m, from.y_m, eye_m);
+    const Vec3 eye{from.x_m, from.y_m, eye_m};
     // Both edges of its top, a little below.
     for (const double side : {-0.7, 0.7}) {
-      const double across_x = -(landmark.y_m - from.y_m) / distance * side * landmark.radius_m;
-      const double across_y = (landmark.x_m - from.x_m) / distance * side * landmark.radius_m;
-      const Vec3 top = frame.scene(landmark.x_m + across_x, landmark.y_m + across_y, landmark.top_m - 0.03);
-      if (!is_in_sight(geometry, frame, eye, top, landmark.radius_m + 0.02)) return false;
+      const double across = side * landmark.radius_m / distance;
+      const Vec3 way = Vec3{landmark.x_m - (landmark.y_m - from.y_m) * across,
+                            landmark.y_m + (landmark.x_m - from.x_m) * across, landmark.top_m - 0.03} -
+                       eye;
+      const double most_m = length(way) - landmark.radius_m - 0.02;
+      if (most_m > 0 && geometry.cast(eye, normalized(way), most_m)) return false;
     }
   }
   return true;
 }
 
-std::vector<FoundLandmark> added_landmarks(const SceneGeometry& geometry, const WorldFrame& frame,
-                                           const FloorGrid& grid, const FloorPoint& start,
-                                           const std::vector<FoundLandmark>& present,
+std::vector<FoundLandmark> added_landmarks(const SceneGeometry& geometry, const FloorPlan& plan,
+                                           const FloorPoint& start, const std::vector<FoundLandmark>& present,
                                            std::vector<std::string>& warnings) {
   const std::vector<Hue> hues = free_hues(geometry, present, warnings);
   std::vector<FoundLandmark> added;
   const auto stands_well = [&](const Landmark& landmark) {
     const FloorPoint place{landmark.x_m, landmark.y_m};
-    if (grid.clearance_m(place) < kRadius_m + FloorGrid::kCell_m) return false;
+    if (plan.clearance_m(place) < kRadius_m + FloorPlan::kCell_m) return false;
     for (const auto* others : {&present, &std::as_const(added)}) {
       for (const FoundLandmark& other : *others) {
         if (distance_m(place, {other.landmark.x_m, other.landmark.y_m}) < kSpacing_m) return false;
       }
     }
-    return sees(geometry, frame, start, landmark);
+    return sees(geometry, start, landmark);
   };
   for (std::size_t k = 0; k < hues.size(); ++k) {
     Landmark landmark{.name = hues[k].name, .colour = hues[k].colour, .radius_m = kRadius_m, .top_m = kTop_m};

@@ -32,7 +32,7 @@ struct FoundLandmark {
 };
 
 struct FoundObstacle {
-  config::Obstacle obstacle;
+  config::Polygon corners;
   std::string what;  ///< "box, FILE:LINE"
 };
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fstream>
-#include <variant>
 
 #include <fmt/format.h>
 
@@ -114,17 +113,11 @@ void write_map(const Room& room, const RoomSettings& settings, const NewFiles& f
   }
   if (!room.obstacles.empty()) file.print("obstacles:\n");
   for (const FoundObstacle& found : room.obstacles) {
-    if (const auto* disc = std::get_if<Disc>(&found.obstacle)) {
-      file.print("  - {{circle_m: {{x: {:.3f}, y: {:.3f}, radius: {:.3f}}}}}", disc->centre.x_m, disc->centre.y_m,
-                 disc->radius_m);
-    } else {
-      std::string corners;
-      for (const FloorPoint& p : std::get<config::Polygon>(found.obstacle)) {
-        corners += fmt::format("{}[{:.3f}, {:.3f}]", corners.empty() ? "" : ", ", p.x_m, p.y_m);
-      }
-      file.print("  - {{polygon_m: [{}]}}", corners);
+    std::string corners;
+    for (const FloorPoint& p : found.corners) {
+      corners += fmt::format("{}[{:.3f}, {:.3f}]", corners.empty() ? "" : ", ", p.x_m, p.y_m);
     }
-    file.print("  # {}\n", found.what);
+    file.print("  - {{polygon_m: [{}]}}  # {}\n", corners, found.what);
   }
   file.close();
 }

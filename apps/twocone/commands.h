@@ -121,6 +121,7 @@ void add_localise(CLI::App& program);
 void add_report(CLI::App& program);
 void add_serve(CLI::App& program);
 void add_effects(CLI::App& program);
+void add_look(CLI::App& program);
 void add_calibrate(CLI::App& program);
 void add_import(CLI::App& program);
 void add_devices(CLI::App& program);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Renders the README's images of the lab again.
+# Renders the images of the lab in README and docs again.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 render() { # render VIEW WIDTH HEIGHT
@@ -9,3 +9,8 @@ render() { # render VIEW WIDTH HEIGHT
 render outside 1200 800
 render robot 720 720
 render overhead 860 720
+# The page about scenes shows what `twocone look` draws.
+looked=$(mktemp -d)
+build/release/twocone look --robot robots/lab_sim.yaml --out "$looked"
+cp "$looked/above.svg" docs/images/look.svg
+rm -r "$looked"

@@ -1,81 +1,119 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/plane.h"
+#include "drivers/sim_povray/place.h"
 #include "drivers/sim_povray/render/native/ray.h"
-#include "drivers/sim_povray/scene/evaluated_scene.h"
+#include "drivers/sim_povray/scene/evaluator.h"
+#include "drivers/sim_povray/scene_views.h"
+#include "hal/image.h"
 #include "hal/result.h"
 
+/// Where the surfaces of a scene are, by the program's own evaluation of its text. Points, directions and boxes are in
+/// the world's frame, in metres.
 namespace twocone::sim_povray {
 
-class TracedScene;
+using Rgb = std::array<double, 3>;  ///< in linear light
 
-/// The shapes of a scene of any author, for the question where a robot can stand. Lengths are in POV-Ray units and
-/// points are the scene's: y is up, and world (x, y, z) is <x, z, y> * unit. The scene's robot, its block `robot` or
-/// `robot.NAME`, is not part of it.
-///
-/// The scene is evaluated leniently (EvaluatorSettings::leniency): a pigment or a light that is not supported does no
-/// harm, a shape that is not supported is replaced by a simple one around it, or left out and named.
+/// An object of the scene. The parts of a union are objects of their own.
+struct SceneObject {
+  std::string kind{};  ///< POV-Ray's keyword: "box", "cylinder", "difference"
+  std::string file{};  ///< where its statement begins; that of a macro is in the macro's body
+  int line = 0;
+  bool is_still = false;  ///< it stands still and is seen in mirrors; all questions but overhead() concern these alone
+
+  [[nodiscard]] std::string place() const;     ///< "scenes/lab.pov:123"
+  [[nodiscard]] std::string describe() const;  ///< "cylinder of scenes/lab.pov:123"
+};
+
+struct SurfacePoint {
+  double distance_m = 0;  ///< from the ray's origin
+  Vec3 point{};
+  Vec3 normal{};   ///< of length 1, towards either side
+  Rgb colour{};    ///< of the pigment there; black if a lenient evaluation did not understand it
+  int object = 0;  ///< its index in SceneGeometry::objects()
+};
+
+/// A closed upright cylinder, not clipped and not a part of a difference or intersection.
+struct SceneCylinder {
+  double x_m = 0, y_m = 0;
+  double radius_m = 0;
+  double bottom_m = 0, top_m = 0;
+  std::optional<Rgb> colour{};  ///< nothing: its pigment is not one colour, or not understood
+  int object = 0;
+};
+
+/// Square cells of the floor, row by row from the corner of least x and y.
+struct FloorGrid {
+  FloorPoint corner{};
+  double cell_m = 0;
+  int columns = 0, rows = 0;
+
+  [[nodiscard]] std::size_t size() const { return std::size_t(columns) * std::size_t(rows); }
+  [[nodiscard]] FloorPoint centre(std::size_t cell) const;
+};
+
+/// The still parts of a scene: all objects but the blocks `robot`, `robot.NAME` and `moving.NAME`, and those that no
+/// mirror shows. May be used by several threads at once.
 class SceneGeometry {
  public:
-  /// Errors: kNotFound, kRefused: the file cannot be read, or its text has no structure that can be evaluated.
-  /// @param scene_paths folders that the scene may read, as PlaceSettings
-  static Result<SceneGeometry> read(const std::filesystem::path& scene,
-                                    const std::vector<std::filesystem::path>& scene_paths);
-  SceneGeometry(SceneGeometry&& other) noexcept;
-  SceneGeometry& operator=(SceneGeometry&& other) noexcept;
-  ~SceneGeometry();
+  /// Errors: kNotFound, kRefused: `FILE:LINE: ...`, the program does not know a construct of the scene, or it is wrong.
+  /// @param leniency not null: the scene is evaluated leniently (EvaluatorSettings::leniency), and overhead() has no
+  /// lights
+  static Result<SceneGeometry> read(const PlaceSettings& place, Leniency* leniency = nullptr);
+  /// Returns the same scene with another length of a unit, and with the world's floor at another height of the scene.
+  /// @param floor_units its y in POV-Ray units
+  [[nodiscard]] SceneGeometry in_frame(double unit_m, double floor_units) const;
 
-  struct Solid {
-    std::string kind;               ///< POV-Ray's keyword
-    std::string place;              ///< FILE:LINE of its statement
-    std::optional<Bounds3> bounds;  ///< nothing: it is infinite
-  };
-  [[nodiscard]] const std::vector<Solid>& solids() const { return solids_; }
+  [[nodiscard]] const std::vector<SceneObject>& objects() const;
+  /// A box around an object; nothing: it is infinite.
+  [[nodiscard]] std::optional<Bounds3> bounds(int object) const;
+  /// Returns the first surface that a ray meets, within `farthest_m`. The very nearest 1e-4 POV-Ray units are not
+  /// looked at. @param direction of length 1
+  [[nodiscard]] std::optional<SurfacePoint> cast(const Vec3& origin, const Vec3& direction,
+                                                 double farthest_m = std::numeric_limits<double>::infinity()) const;
+  /// Returns whether the point is inside of an object by POV-Ray's rules: below a plane, for example.
+  [[nodiscard]] bool contains(int object, const Vec3& point) const;
+  /// Returns 255 for each cell of the grid in which the object is, between two heights, and 0 for the others. What is
+  /// thinner than a third of a cell may be missed, unless the whole object has less than two cells in x and y.
+  /// @param air a point in the open: an object that holds it is seen from inside, as a room or a sky, and counts with
+  /// its surface alone, as do infinite objects
+  [[nodiscard]] std::vector<std::uint8_t> cells_of(int object, const FloorGrid& grid, double low_m, double high_m,
+                                                   const Vec3& air) const;
+  [[nodiscard]] std::vector<SceneCylinder> upright_cylinders() const;
 
-  struct Surface {
-    Vec3 point, normal;  ///< the normal has length 1 and points to either side
-    std::size_t solid;   ///< index
-  };
-  /// Returns the first surface that a ray meets, if its distance is within `most`. @param direction of length 1
-  [[nodiscard]] std::optional<Surface> nearest(const Vec3& origin, const Vec3& direction, double most = 1e7) const;
-  /// Returns whether a surface of the solid crosses the line from a to b.
-  [[nodiscard]] bool crosses(std::size_t solid, const Vec3& a, const Vec3& b) const;
-  /// Returns whether the point is inside of the solid by POV-Ray's rules: below a plane, for example.
-  [[nodiscard]] bool contains(std::size_t solid, const Vec3& point) const;
+  /// The scene's camera: the last of its text; in a strict evaluation, of those without a name. Nothing: it has none
+  /// that is understood.
+  [[nodiscard]] std::optional<PerspectiveCamera> camera() const;
+  /// Return the colours that the text gives to what stands still and to the sky.
+  [[nodiscard]] std::vector<Rgb> colours() const;
+  [[nodiscard]] std::vector<Rgb> sky_colours() const;
 
-  struct UprightCylinder {
-    std::size_t solid;
-    Vec3 base;  ///< the lower end of its axis
-    double radius, height;
-    std::optional<Colour> colour;  ///< linear; nothing: not one colour, or not understood
-  };
-  /// Closed cylinders with a vertical axis that are whole.
-  [[nodiscard]] const std::vector<UprightCylinder>& cylinders() const { return cylinders_; }
-
-  /// The scene's camera, the last one of its text. Nothing: it has none whose place is understood.
-  [[nodiscard]] const std::optional<PerspectiveCamera>& camera() const;
-  /// Return the colours that the text gives to its shapes and to its sky, as far as it is understood.
-  [[nodiscard]] std::vector<Colour> colours() const;
-  [[nodiscard]] std::vector<Colour> sky_colours() const;
-
-  /// Statements that are left out and shapes that are replaced by simple ones: `FILE:LINE: why`.
-  [[nodiscard]] const std::vector<std::string>& left_out() const { return left_out_; }
-  [[nodiscard]] const std::vector<std::string>& bounded() const { return bounded_; }
+  /// Renders the scene from above, as render_overhead(), with all lights. What the height of the view cuts is dark, as
+  /// in an architect's plan. The robots stand where the scene shows them.
+  /// @throws std::invalid_argument as render_overhead
+  [[nodiscard]] Image overhead(const OverheadView& view) const;
 
  private:
-  explicit SceneGeometry(EvaluatedScene scene);
+  struct Content;
+  SceneGeometry(std::shared_ptr<const Content> content, double unit_m, double floor_units)
+      : content_(std::move(content)), unit_m_(unit_m), floor_units_(floor_units) {}
 
-  std::unique_ptr<const TracedScene> scene_;
-  std::vector<Solid> solids_;
-  std::vector<UprightCylinder> cylinders_;
-  std::vector<std::string> left_out_, bounded_;
+  [[nodiscard]] Vec3 to_scene(const Vec3& point) const;
+  [[nodiscard]] Vec3 to_world(const Vec3& point) const;
+
+  std::shared_ptr<const Content> content_;
+  double unit_m_, floor_units_;
 };
 
 /// Returns the text of a scene without its robot's blocks, `robot`, `lower` and `upper` and those of further robots;

@@ -19,23 +19,6 @@ namespace {
 /// Images for people have smooth edges.
 constexpr int kAntialias = 3;
 
-double height_px(const OverheadView& view) {
-  return std::round(view.width_px * (view.max_y_m - view.min_y_m) / (view.max_x_m - view.min_x_m));
-}
-
-void check(const OverheadView& view, double unit_m) {
-  base::Complaints complaints;
-  complaints.span("", 'x', view.min_x_m, view.max_x_m);
-  complaints.span("", 'y', view.min_y_m, view.max_y_m);
-  complaints.positive("height_m", view.height_m, "m");
-  complaints.within("width_px", view.width_px, 1, kMaxSide_px);
-  if (complaints.empty() && !(height_px(view) >= 1 && height_px(view) <= kMaxSide_px)) {
-    complaints.add("the image would be {} pixels high, must be 1 to {}", height_px(view), kMaxSide_px);
-  }
-  complaints.positive("unit_m", unit_m, "m");
-  complaints.raise("OverheadView");
-}
-
 /// Greatest tilt of the image's x axis. A smaller tilt changes its direction far less than the required accuracy.
 constexpr double kLevel_rad = std::numbers::pi / 180;
 
@@ -51,9 +34,24 @@ std::string question(const std::string& prefix, const CameraVectors& camera) {
 
 }  // namespace
 
+int checked_height_px(const OverheadView& view, double unit_m) {
+  base::Complaints complaints;
+  complaints.span("", 'x', view.min_x_m, view.max_x_m);
+  complaints.span("", 'y', view.min_y_m, view.max_y_m);
+  complaints.positive("height_m", view.height_m, "m");
+  complaints.within("width_px", view.width_px, 1, kMaxSide_px);
+  const double height_px = std::round(view.width_px * (view.max_y_m - view.min_y_m) / (view.max_x_m - view.min_x_m));
+  if (complaints.empty() && !(height_px >= 1 && height_px <= kMaxSide_px)) {
+    complaints.add("the image would be {} pixels high, must be 1 to {}", height_px, kMaxSide_px);
+  }
+  complaints.positive("unit_m", unit_m, "m");
+  complaints.raise("OverheadView");
+  return int(height_px);
+}
+
 Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m, const OverheadView& view,
                               const RenderSettings& render, const std::vector<std::filesystem::path>& scene_paths) {
-  check(view, unit_m);
+  const int height_px = checked_height_px(view, unit_m);
   check(render);
   auto text = Scene::read(scene);
   if (!text) return text.error();
@@ -67,8 +65,7 @@ Result<Image> render_overhead(const std::filesystem::path& scene, double unit_m,
   const std::string seen = fmt::format(
       "{}\ncamera {{ orthographic location <{},{},{}> direction <0,-1,0> right <{},0,0> up <0,0,{}> }}\n", text->text(),
       x, view.height_m / unit_m, y, (view.max_x_m - view.min_x_m) / unit_m, (view.max_y_m - view.min_y_m) / unit_m);
-  const auto image =
-      povray->render(plain_image("overhead view", seen, view.width_px, int(height_px(view)), kAntialias), -1);
+  const auto image = povray->render(plain_image("overhead view", seen, view.width_px, height_px, kAntialias), -1);
   if (!image) return image.error();
   return **image;
 }

@@ -22,6 +22,8 @@ struct OverheadView {
   double height_m = 2.0;
   int width_px = 1000;  ///< the height follows from the rectangle
 };
+/// Returns the height of the view's image. @throws std::invalid_argument naming every bad argument
+int checked_height_px(const OverheadView& view, double unit_m);
 /// Renders the overhead view. The robot stands where the scene shows it; the scene needs no name comments.
 /// Errors: as Simulation::open and Frame::image.
 /// @param scene_paths as PlaceSettings

@@ -28,6 +28,7 @@ TEST(KeyPlaces, AreTheLinesOfTheKeysNotOfTheirValues) {
   expect("effects.camera.late_probability", robot.file, 53);
   expect("map", robot.file, 3);
   expect("map.obstacles", map.file, 8);
+  expect("map.obstacles[0]", map.file, 9);
   expect("map.moving", map.file, 11);
   expect("map.effects.shadows", map.file, 14);
   EXPECT_FALSE(places.contains("map.moving.name")) << "keys inside lists have no unique place";

@@ -20,10 +20,16 @@ gives() {
 gives 'help' 0 '^Usage: twocone \[OPTIONS\] SUBCOMMAND' "$twocone" help
 gives 'help of a command' 0 '^Usage: twocone compare \[OPTIONS\] RUN \[RUN\]$' "$twocone" help compare
 gives 'help of no command' 2 "no subcommand 'localize', did you mean localise\?" "$twocone" help localize
-for command in run localise report serve effects calibrate import devices doctor tradeoff compare new; do
+for command in run localise report serve effects new look calibrate import devices doctor tradeoff compare; do
   "$twocone" help "$command" >"$work/help" || fail "help $command: exit $?"
   "$twocone" "$command" --help | cmp -s - "$work/help" || fail "help $command is not what $command --help prints"
 done
+
+# ---- look: where robot file, map and scene disagree is on standard output, and the exit status says whether they do
+gives 'look' 0 'wrote +.*look/above.svg$' "$twocone" look --robot "$small" --out "$work/look"
+gives 'look again' 1 'look/lower.png exists: --force' "$twocone" look --robot "$small" --out "$work/look"
+gives 'look at a start that touches' 1 '^ +1 .*start \(-2.200, -0.300\) is 0.[0-9]+ m from landmark red \(.*lab.map.yaml:13\)' \
+  "$twocone" look --robot "$small" --set start.x_m=-2.2 --set start.y_m=-0.3 --out "$work/look" --force
 
 # ---- output that cannot be written
 gives 'help onto a full disk' 1 'cannot write to standard output: No space left' bash -c '"$1" help >/dev/full' _ "$twocone"

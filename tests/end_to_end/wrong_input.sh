@@ -71,6 +71,11 @@ variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_cam
 expect 'real camera on a simulated robot' 1 'sim_povray moves all parts of a robot or none' bash -c 'run --robot robots/mixed.yaml'
 variant robots/small.yaml 's|^latency_frames|latency_frame|' robots/typo.yaml
 expect 'robot with a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' bash -c 'run --robot robots/typo.yaml'
+expect '--set without a value' 1 '^twocone: --set body.radius_m: must be KEY=VALUE, such as' bash -c 'run --robot robots/small.yaml --set body.radius_m'
+expect '--set of an unknown key' 1 '^twocone: --set body.raduis_m=0.3: body.raduis_m' bash -c 'run --robot robots/small.yaml --set body.raduis_m=0.3'
+expect '--set with a wrong value' 1 '^twocone: --set body.radius_m=-0.3: body.radius_m is -0.3 m' bash -c 'run --robot robots/small.yaml --set body.radius_m=-0.3'
+expect '--set below a value' 1 '^twocone: --set name.first=nina: name is not a section' bash -c 'run --robot robots/small.yaml --set name.first=nina'
+expect '--set of look' 1 '^twocone: --set body.radius_m=wide: body.radius_m' "$twocone" look --robot robots/small.yaml --set body.radius_m=wide --out "$work/look_set"
 sed '$s|$|\nestimator: {stage: fast}|' robots/small.yaml >robots/fast.yaml
 expect 'robot with an unknown stage' 1 "fast.yaml:[0-9]+: estimator.stage is 'fast', must be found" bash -c 'run --robot robots/fast.yaml'
 sed '$s|$|\nestimator: {landmarks: [red, green, grue]}|' robots/small.yaml >robots/grue.yaml
@@ -104,6 +109,16 @@ expect 'import, times of no unit' 1 "times.txt:1: the time is '15', must be seco
 expect 'import, times of unknown unit' 2 'times-in' bash -c 'import --times-in minutes'
 expect 'import without images' 2 'lower is required' "$twocone" import --robot robots/small.yaml --out "$work/imported"
 [ -e "$work/imported" ] && fail 'import: a folder was left behind'
+expect 'look at no robot file' 1 'nowhere.yaml' "$twocone" look --robot robots/nowhere.yaml
+expect 'look without robot' 2 'robot' "$twocone" look
+expect 'look at a real robot' 1 'usb_camera.yaml: no part has driver sim_povray: .*twocone doctor' "$twocone" look --robot "$source_dir/robots/usb_camera.yaml" --out "$work/looked"
+expect 'look with an unknown renderer' 2 'renderer: .*blender.*auto,native,povray' "$twocone" look --robot robots/small.yaml --renderer blender
+mkdir "$work/seen"
+touch "$work/seen/upper.png"
+expect 'look onto an image' 1 'seen/upper.png exists: --force' "$twocone" look --robot robots/small.yaml --out "$work/seen"
+expect 'look into no folder' 1 "$work/file" "$twocone" look --robot robots/small.yaml --out "$work/file/look"
+expect 'look at no scene' 1 'nowhere.pov' "$twocone" look --robot robots/no_scene.yaml --out "$work/looked"
+[ -e "$work/looked" ] && fail 'look: a folder was left behind'
 expect 'doctor of no robot file' 1 'nowhere.yaml' "$twocone" doctor --robot robots/nowhere.yaml
 expect 'doctor of a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' "$twocone" doctor --robot robots/typo.yaml
 expect 'doctor without robot' 2 'robot' "$twocone" doctor

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <random>
 #include <string>
@@ -18,6 +19,7 @@
 #include <fmt/format.h>
 
 #include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/render/native/tile_tracer.h"
 #include "drivers/sim_povray/render/native/traced_scene.h"
 #include "drivers/sim_povray/scene/evaluator.h"
 #include "drivers/sim_povray/scene/scene.h"
@@ -197,11 +199,19 @@ void trace(const std::string& text, const IncludeReader& include, Leniency* leni
   const TracedScene traced_scene(*std::move(scene));
   Poses poses;
   poses.movers.resize(1);
+  const PosedScene posed(traced_scene, std::move(poses));
+  static RayBundle bundle;
+  static SeenTile seen;
+  static Lane weights;
+  bundle.used = 0xFF;
+  bundle.t_max.fill(std::numeric_limits<double>::infinity());
+  weights.fill(1);
   for (int i = 0; i < 8; ++i) {
-    const Vec3 direction{i % 3 - 1.0, i % 2 - 0.5, (i < 4 ? 0 : 1) - 0.5};
-    static_cast<void>(
-        traced(traced_scene, poses, {{0.1 * i, 1, -3}, normalized(direction)}, RayKind::kFromCamera, 1, 1));
+    bundle.rays.origin.set(i, {0.1 * i, 1, -3});
+    bundle.rays.direction.set(i, normalized({i % 3 - 1.0, i % 2 - 0.5, (i < 4 ? 0 : 1) - 0.5}));
   }
+  fill_unused(bundle);
+  trace_tile(posed, bundle, 1, kAllGroups, weights, seen);
 }
 
 /// Returns false if the scene after switching is no longer a scene.

@@ -68,7 +68,7 @@ bool is_within(const config::Obstacle& obstacle, double x_m, double y_m) {
 }
 
 bool is_obstacle(const Room& room, double x_m, double y_m) {
-  return std::ranges::any_of(room.obstacles, [&](const auto& found) { return is_within(found.obstacle, x_m, y_m); });
+  return std::ranges::any_of(room.obstacles, [&](const auto& found) { return is_within(found.corners, x_m, y_m); });
 }
 
 std::vector<std::string> names(const Room& room, bool are_added) {

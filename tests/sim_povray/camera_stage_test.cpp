@@ -347,6 +347,28 @@ TEST(RollingShutter, EveryRowIsTheMeanOfTheSamplesInItsOwnTime) {
   }
 }
 
+TEST(RollingShutter, UsesNoOtherRowsOfASampleThanThoseItNames) {
+  constexpr int kRows = 31, kCount = 8;
+  const CameraEffects effects{.exposure_time_s = 0.0107, .readout_s = 0.0231, .shutter_samples = kCount};
+  const auto rows = rows_of_shutter_samples(effects, kRows);
+  ASSERT_EQ(rows.size(), std::size_t(kCount));
+  const Images whole = one_colour_each(kCount, kRows);
+  Images needed;
+  int left_out = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    auto image = *whole[i];
+    for (int row = 0; row < kRows; ++row) {
+      if (row >= rows[i].first && row <= rows[i].last) continue;
+      std::fill_n(image.bytes.begin() + 9 * row, 9, std::uint8_t{7});
+      ++left_out;
+    }
+    needed.push_back(std::make_shared<const Image>(image));
+  }
+  EXPECT_EQ(developed(effects, needed), developed(effects, whole));
+  // A row's shutter is open for a third of the time.
+  EXPECT_GT(left_out, kCount * kRows / 2);
+}
+
 // ---- noise
 
 TEST(Normal, HasTheMomentsAndTheTailOfANormalDistribution) {

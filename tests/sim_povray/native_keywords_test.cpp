@@ -47,7 +47,8 @@ Result<Image> traced_image(const std::string& scene) {
   const auto view = NativeView::make(*job.view_template, "scene.pov", kNoFiles);
   if (!view) return view.error();
   Image image{kWidth_px, kHeight_px, PixelFormat::kRgb8, Bytes(std::vector<std::uint8_t>(std::size_t(kPixels) * 3))};
-  for (int band = 0; band < (*view)->bands(); ++band) (*view)->render(Poses{}, band, image);
+  const NativeView::Moment moment = (*view)->at({});
+  for (int band = 0; band < (*view)->bands(); ++band) (*view)->render(moment, band, image);
   return image;
 }
 

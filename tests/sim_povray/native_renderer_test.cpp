@@ -4,7 +4,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
+#include "drivers/sim_povray/render/native/tile_kernels.h"
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
@@ -90,6 +92,25 @@ TEST_F(NativeRendererTest, AgreesPlainAndSmoothed) {
   EXPECT_EQ(chosen_, "nativenative");
   EXPECT_EQ(notices_, "");
   EXPECT_EQ(described_, "native, compared with POV-Ray");
+}
+
+// The loops are compiled once for each instruction set; an image of one processor must be that of every other.
+TEST_F(NativeRendererTest, ImagesDoNotDependOnTheInstructionSet) {
+  const auto path = scene("");
+  for (const int antialias : {1, 3}) {
+    const auto widest = images(path, false, antialias);
+    std::string names;
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      hwy::GetChosenTarget().Update(target);
+      names += instruction_set() + ' ';
+      const auto got = images(path, false, antialias);
+      for (std::size_t view : {0U, 1U}) {
+        EXPECT_EQ(value(got[view])->bytes, value(widest[view])->bytes) << instruction_set() << ", view " << view;
+      }
+    }
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    RecordProperty("instruction_sets", names);
+  }
 }
 
 TEST_F(NativeRendererTest, AnUnknownConstructIsNamedAndRenderedByPovray) {

@@ -205,7 +205,8 @@ TEST_P(ReflectedTruthTest, TheNativeRenderersTruthAgrees) {
   auto native = value(view->empty_truth());
   const std::size_t pixels = native.object.size();
   Image image{view_.width_px, view_.height_px, PixelFormat::kRgb8, Bytes(std::vector<std::uint8_t>(3 * pixels))};
-  for (int band = 0; band < view->bands(); ++band) view->render(*poses, band, image, &native);
+  const NativeView::Moment moment = view->at(*poses);
+  for (int band = 0; band < view->bands(); ++band) view->render(moment, band, image, &native);
 
   const vision::MirrorView mirror(c.mirror);
   int different = 0;

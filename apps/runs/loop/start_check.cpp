@@ -15,8 +15,6 @@
 namespace twocone::runs {
 namespace {
 
-constexpr double kRimWarning_px = 1;
-
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 }  // namespace
@@ -73,7 +71,8 @@ Result<std::optional<std::string>> StartCheck::wait(const std::atomic<bool>& sto
   return compare_start(robot_, *shown, start_place_);
 }
 
-std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper) {
+std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper,
+                                      double limit_px) {
   std::vector<std::string> warnings;
   for (const auto& [view, image, rig] :
        {std::tuple{"lower", &lower, &robot.rig.lower}, {"upper", &upper, &robot.rig.upper}}) {
@@ -88,8 +87,8 @@ std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& l
     } else if (!rim) {
       warnings.push_back(fmt::format(
           "warning: no mirror rim was found in the first {} image near the one that rig.{} states", view, view));
-    } else if (std::abs(rim->radius_px - rig->rim_radius_px) > kRimWarning_px ||
-               (rim->centre_px - centre).norm() > kRimWarning_px) {
+    } else if (std::abs(rim->radius_px - rig->rim_radius_px) > limit_px ||
+               (rim->centre_px - centre).norm() > limit_px) {
       warnings.push_back(fmt::format(
           "warning: the {} mirror's rim is seen at centre ({:.1f}, {:.1f}) px with radius {:.1f} px, but rig.{} states "
           "({:.1f}, {:.1f}) and {:.1f}: ranges will be wrong; correct the robot file",

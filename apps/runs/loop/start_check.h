@@ -46,8 +46,11 @@ class StartCheck {
   std::jthread asker_;
 };
 
-/// Returns a sentence for each mirror whose rim in the image differs by more than a pixel from the robot file's `rig:`,
-/// or whose rim cannot be found there.
-std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper);
+constexpr double kRimWarning_px = 1;
+
+/// Returns a sentence for each mirror whose rim in the image differs by more than `limit_px` from the robot file's
+/// `rig:`, or whose rim cannot be found there.
+std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper,
+                                      double limit_px = kRimWarning_px);
 
 }  // namespace twocone::runs

@@ -56,6 +56,25 @@ std::vector<std::vector<int>> samples_of_rows(const CameraEffects& effects, int 
   return rows;
 }
 
+}  // namespace
+
+std::vector<RowRange> rows_of_shutter_samples(const CameraEffects& effects, int height_px) {
+  std::vector<RowRange> ranges(std::size_t(shutter_sample_count(effects)), RowRange{height_px, -1});
+  const auto rows = samples_of_rows(effects, height_px);
+  for (int row = 0; row < height_px; ++row) {
+    for (const int sample : rows[std::size_t(row)]) {
+      RowRange& range = ranges[std::size_t(sample)];
+      range = {std::min(range.first, row), row};
+    }
+  }
+  for (RowRange& range : ranges) {
+    if (range.last < 0) range = {};
+  }
+  return ranges;
+}
+
+namespace {
+
 void check(const CameraEffects& effects, const std::vector<std::shared_ptr<const Image>>& shutter_samples) {
   if (shutter_samples.size() != std::size_t(shutter_sample_count(effects))) {
     throw base::InvalidArgument("there are {} shutter samples, must be {}", shutter_samples.size(),

@@ -27,6 +27,17 @@ namespace twocone::sim_povray {
 /// step. It ignores stamp_late_s.
 [[nodiscard]] std::chrono::nanoseconds capture_before(const CameraEffects& effects);
 
+/// Rows of an image, from 0, both included.
+struct RowRange {
+  int first = 0, last = 0;
+
+  friend bool operator==(const RowRange&, const RowRange&) = default;
+};
+
+/// Returns which rows of an image of this height use each of its shutter samples. A sample that no row uses has one
+/// row.
+[[nodiscard]] std::vector<RowRange> rows_of_shutter_samples(const CameraEffects& effects, int height_px);
+
 /// Makes one image from its shutter samples. These stages are in linear light, in this order: each row becomes the mean
 /// of the shutter samples within its own shutter time (at least the nearest to its middle); lens distortion, defocus,
 /// vignetting, gain, shot noise, read noise. The result is then sRGB-coded again and rounded. Inactive stages are not

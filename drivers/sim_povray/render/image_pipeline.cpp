@@ -91,11 +91,14 @@ std::shared_future<ImageResult> take_image(Renderer& renderer, FutureViewTemplat
   view_template.when_ready([&renderer, assembly](const ViewTemplateResult& ready) {
     if (!ready) return assembly->fail(ready.error());
     const ImageOrder& wanted = assembly->order();
+    const auto rows = rows_of_shutter_samples(wanted.effects, (*ready)->height_px);
     for (std::size_t i = 0; i < wanted.poses.size(); ++i) {
-      RenderJob job{wanted.label, *ready, wanted.poses[i]};
+      RenderJob job{.label = wanted.label, .view_template = *ready, .pose = wanted.poses[i]};
       if (wanted.rendered) job.used = [assembly](const base::ProcessUse& use) { assembly->report(use); };
       if (wanted.truth && i == wanted.poses.size() / 2) {
         job.truth = [assembly](PixelTruth truth) { assembly->report(std::move(truth)); };
+      } else if (i < rows.size()) {
+        job.rows = rows[i];
       }
       renderer.submit(std::move(job), [assembly, i](ImageResult sample) { assembly->take(i, std::move(sample)); });
     }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/child_process.h"
+#include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/pixel_truth.h"
 #include "hal/image.h"
 
@@ -53,6 +54,8 @@ struct RenderJob {
   /// Called likewise with what the image's pixels show. Empty: that is not wanted, and costs nothing. Only the native
   /// renderer knows it; see NativeRenderer.
   TruthReceiver truth{};
+  /// The rows that are wanted; what the others show is undefined. None: all are.
+  std::optional<RowRange> rows{};
 };
 
 /// Renders images in the background. May be used from any thread.

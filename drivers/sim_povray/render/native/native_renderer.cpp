@@ -9,6 +9,7 @@
 #include <exception>
 #include <fstream>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -70,24 +71,53 @@ std::vector<std::size_t> differing_pixels(const Image& a, const Image& b) {
 
 Image plain_image_of(const NativeView& view, const Poses& poses) {
   Image image = black(view);
-  for (int band = 0; band < view.bands(); ++band) view.render_plain(poses, band, image);
+  const NativeView::Moment moment = view.at(poses);
+  for (int band = 0; band < view.bands(); ++band) view.render_plain(moment, band, image);
   return image;
 }
+
+class NativeRenderer::SpareImages : public std::enable_shared_from_this<SpareImages> {
+ public:
+  /// Returns an image of the view that is black outside the view's window.
+  std::shared_ptr<Image> take(const NativeView& view) {
+    std::unique_ptr<Image> image;
+    {
+      const std::lock_guard lock(mutex_);
+      auto& of_view = images_[&view];
+      if (!of_view.empty()) {
+        image = std::move(of_view.back());
+        of_view.pop_back();
+      }
+    }
+    if (!image) image = std::make_unique<Image>(black(view));
+    // The last user may outlive the renderer, but not its spare images.
+    return {image.release(), [self = shared_from_this(), of = &view](Image* done) {
+              const std::lock_guard lock(self->mutex_);
+              self->images_[of].emplace_back(done);
+            }};
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<const NativeView*, std::vector<std::unique_ptr<Image>>> images_;
+};
 
 /// An image in the making: workers take its bands one by one.
 struct NativeRenderer::Task {
   Order order;
   std::shared_ptr<const NativeView> view;
-  Poses poses;
-  Image image;
+  std::optional<NativeView::Moment> moment;
+  std::shared_ptr<Image> image;
   std::optional<PixelTruth> truth;
-  int next_band = 0;  // under mutex_, as is the next
+  int next_band = 0, end_band = 0;  // under mutex_, as is the next
   int open_bands = 0;
   std::atomic<std::chrono::nanoseconds::rep> cpu{0};
 };
 
 NativeRenderer::NativeRenderer(NativeSettings settings, std::optional<Reference> reference)
-    : settings_(std::move(settings)), reference_(std::move(reference)) {}
+    : settings_(std::move(settings)),
+      spare_images_(std::make_shared<SpareImages>()),
+      reference_(std::move(reference)) {}
 
 NativeRenderer::~NativeRenderer() {
   {
@@ -178,7 +208,8 @@ std::string NativeRenderer::difference(const NativeView& view, const ViewTemplat
       {"first image, for comparison", std::make_shared<const ViewTemplate>(std::move(compared)), pose, {}}, stop_.fd());
   if (!expected) return expected.error().message;
   Image image = is_plain ? plain_image_of(view, *poses) : black(view);
-  for (int band = 0; band < view.bands() && !is_plain; ++band) view.render(*poses, band, image);
+  const NativeView::Moment moment = view.at(*poses);
+  for (int band = 0; band < view.bands() && !is_plain; ++band) view.render(moment, band, image);
   const std::size_t off = differing_pixels(image, **expected).size();
   const std::size_t mirror = view.mirror_pixels();
   const std::size_t of = mirror > 0 ? mirror : image.bytes.size() / 3;
@@ -217,15 +248,17 @@ void NativeRenderer::start(Order order) {
   }
   auto poses = parse_poses(order.job.pose);
   if (!poses) return order.done(Error(ErrorCode::kBadData, "{}: its pose cannot be read", order.job.label));
-  task->poses = *std::move(poses);
-  task->image = black(*task->view);
+  task->moment.emplace(task->view->at(*std::move(poses)));
+  task->image = spare_images_->take(*task->view);
   if (order.job.truth) {
     auto truth = task->view->empty_truth();
     if (!truth) return order.done(with_name(order.job.label, truth.error()));
     task->truth = *std::move(truth);
   }
   task->order = std::move(order);
-  task->open_bands = task->view->bands();
+  task->end_band = task->view->bands();
+  if (const auto& rows = task->order.job.rows) std::tie(task->next_band, task->end_band) = task->view->bands_of(*rows);
+  task->open_bands = task->end_band - task->next_band;
   {
     const std::lock_guard lock(mutex_);
     try {
@@ -250,10 +283,10 @@ void NativeRenderer::work() {
     if (stopping_) return;
     const std::shared_ptr<Task> task = tasks_.front();
     const int band = task->next_band++;
-    if (task->next_band == task->view->bands()) tasks_.pop_front();
+    if (task->next_band == task->end_band) tasks_.pop_front();
     lock.unlock();
     const auto begin = thread_time();
-    task->view->render(task->poses, band, task->image, task->truth ? &*task->truth : nullptr);
+    task->view->render(*task->moment, band, *task->image, task->truth ? &*task->truth : nullptr);
     task->cpu += (thread_time() - begin).count();
     lock.lock();
     if (--task->open_bands > 0) continue;
@@ -261,7 +294,7 @@ void NativeRenderer::work() {
     const RenderJob& job = task->order.job;
     if (task->truth) job.truth(*std::move(task->truth));
     if (job.used) job.used({std::chrono::nanoseconds(task->cpu.load()), 0});
-    task->order.done(std::make_shared<const Image>(std::move(task->image)));
+    task->order.done(std::shared_ptr<const Image>(std::move(task->image)));
     lock.lock();
   }
 }

@@ -76,6 +76,8 @@ class NativeRenderer final : public Renderer {
     Done done;
   };
   struct Task;
+  /// Images that nobody uses any more: an image of some 100 KB costs more to allocate than to take from here.
+  class SpareImages;
 
   /// Returns the file that is there if the view agreed before. @param read_files paths and digests of included files
   [[nodiscard]] std::filesystem::path remembered(const ViewTemplate& view_template,
@@ -91,6 +93,7 @@ class NativeRenderer final : public Renderer {
   void work();
 
   const NativeSettings settings_;
+  const std::shared_ptr<SpareImages> spare_images_;
   std::optional<Reference> reference_;
   base::StopSignal stop_;
   mutable std::mutex mutex_;  // protects all members below

@@ -24,16 +24,9 @@ static_assert(kTileSide * kTileSide == kTileRays && kBlock_px % kTileSide == 0);
 constexpr double kSmoothingThreshold = 0.03;
 constexpr double kSmoothingGamma = 0.4;
 
-/// Returns the smallest box around the image of a box.
-Bounds3 moved(const Bounds3& box, const Transform& by, bool backwards) {
-  Bounds3 result{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p{(corner & 1) != 0 ? box.high.x : box.low.x, (corner & 2) != 0 ? box.high.y : box.low.y,
-                 (corner & 4) != 0 ? box.high.z : box.low.z};
-    const Vec3 q = backwards ? by.inverse_point(p) : by.point(p);
-    result = around(result, {q, q});
-  }
-  return result;
+bool is_within(const Vec3& p, const Bounds3& box) {
+  return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
+         p.z <= box.high.z;
 }
 
 double greatest(const Colour& colour) { return std::max({colour.x, colour.y, colour.z}); }
@@ -129,11 +122,16 @@ void NativeView::plan() {
   for (int y = window_.first_row; y <= window_.last_row; y += kTileSide) {
     for (int x = window_.first_column; x <= window_.last_column; x += kTileSide) tiles_.push_back(fixed_tile(x, y));
   }
+  if (antialias_ > 1) samples_ = std::vector<LazySamples>(tiles_.size());
 }
 
 NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
   FixedTile tile;
   tile.surroundings = ~own_;
+  const auto note = [](std::uint64_t& lanes, std::optional<FixedPixel>& common, int lane, const FixedPixel& pixel) {
+    common = lanes == 0 || common == pixel ? std::optional(pixel) : std::nullopt;
+    lanes |= std::uint64_t{1} << lane;
+  };
   for (int lane = 0; lane < kTileRays; ++lane) {
     const int x = column + lane % kTileSide;
     const int y = row + lane / kTileSide;
@@ -141,27 +139,34 @@ NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
     FixedPixel& pixel = fixed_[pixel_index(x, y)];
     Ray reflected;
     bool meets_own = false;
-    pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, meets_own);
+    Vec3 end;
+    pixel = fixed_pixel(camera_ray(x + 0.5, y + 0.5), reflected, meets_own, end);
+    if (pixel.kind != FixedPixel::Kind::kAny) sight_ = around(sight_, {end, end});
     if (meets_own) tile.surroundings = kAllGroups;
-    if (pixel.kind == FixedPixel::Kind::kAny) tile.unknown |= std::uint64_t{1} << lane;
-    if (lane == 0) tile.common = pixel;
-    tile.is_uniform = pixel == tile.common && (tile.is_uniform || lane == 0);
-    if (pixel.kind != FixedPixel::Kind::kMirror) continue;
-    tile.mirror |= std::uint64_t{1} << lane;
-    tile.origin.set(lane, reflected.origin);
-    tile.direction.set(lane, reflected.direction);
+    switch (pixel.kind) {
+      case FixedPixel::Kind::kAny:
+        tile.unknown |= std::uint64_t{1} << lane;
+        break;
+      case FixedPixel::Kind::kConstant:
+        note(tile.constant, tile.common_constant, lane, pixel);
+        break;
+      case FixedPixel::Kind::kMirror:
+        note(tile.mirror, tile.common_mirror, lane, pixel);
+        tile.origin.set(lane, reflected.origin);
+        tile.direction.set(lane, reflected.direction);
+        break;
+    }
   }
   if (tile.mirror == 0) return tile;
   const int any = std::countr_zero(tile.mirror);
-  for (int lane = 0; lane < kTileRays; ++lane) {
-    if ((tile.mirror >> lane & 1) != 0) continue;
+  for_each_lane(~tile.mirror, [&](int lane) {
     tile.origin.set(lane, tile.origin.at(any));
     tile.direction.set(lane, tile.direction.at(any));
-  }
+  });
   return tile;
 }
 
-NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own) {
+NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own, Vec3& end) const {
   const EvaluatedScene& description = scene_.scene();
   Poses rest;
   rest.movers.resize(std::size_t(robot_) + 1);
@@ -173,7 +178,7 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, b
   pixel.colour =
       unlit(finish, pigment_colour(meeting->texture->pigment, meeting->pattern_point), description.ambient_light);
   pixel.kind = FixedPixel::Kind::kConstant;
-  sight_ = around(sight_, {meeting->point, meeting->point});
+  end = meeting->point;
   const Colour& share = finish.reflection;
   if (share == Colour{} || description.max_trace_level < 2 || greatest(share) < description.adc_bailout) {
     return pixel;
@@ -186,15 +191,56 @@ NativeView::FixedPixel NativeView::fixed_pixel(const Ray& ray, Ray& reflected, b
   return pixel;
 }
 
+NativeView::FixedSamples NativeView::samples_of_tile(int column, int row) const {
+  FixedSamples result;
+  result.surroundings = ~own_;
+  result.samples.resize(std::size_t(kTileRays) * std::size_t(antialias_) * std::size_t(antialias_));
+  auto sample = result.samples.begin();
+  const auto is_common = [](FixedPixel& common, const FixedPixel& pixel) {
+    if (common.kind == FixedPixel::Kind::kAny) common = pixel;
+    return common == pixel;
+  };
+  for (int lane = 0; lane < kTileRays; ++lane) {
+    const int x = column + lane % kTileSide;
+    const int y = row + lane / kTileSide;
+    for (int i = 0; i < antialias_ * antialias_; ++i, ++sample) {
+      bool meets_own = false;
+      Vec3 end;
+      const FixedPixel pixel =
+          fixed_pixel(camera_ray(x + (i % antialias_ + 0.5) / antialias_, y + (i / antialias_ + 0.5) / antialias_),
+                      sample->reflected, meets_own, end);
+      if (pixel.kind == FixedPixel::Kind::kAny || !is_within(end, sight_)) continue;
+      if (!is_common(pixel.kind == FixedPixel::Kind::kMirror ? result.mirror : result.constant, pixel)) continue;
+      sample->kind = pixel.kind;
+      if (meets_own) result.surroundings = kAllGroups;
+    }
+  }
+  return result;
+}
+
+const NativeView::FixedSamples& NativeView::fixed_samples(int x, int y) const {
+  const std::size_t index = tile_index(x, y);
+  LazySamples& lazy = samples_[index];
+  std::call_once(lazy.made, [&] {
+    lazy.samples = samples_of_tile(x - (x - window_.first_column) % kTileSide, y - (y - window_.first_row) % kTileSide);
+  });
+  return lazy.samples;
+}
+
+NativeView::Moment NativeView::at(Poses poses) const {
+  const bool is_planned = is_plan_valid(poses);
+  return {PosedScene(scene_, std::move(poses)), is_planned};
+}
+
 bool NativeView::is_plan_valid(const Poses& poses) const {
   if (robot_ < 0 || std::size_t(robot_) >= poses.movers.size()) return false;
   if (poses.movers[std::size_t(robot_)] != poses.view) return false;
-  const Bounds3 sight = moved(sight_, poses.view, false);
+  const Bounds3 sight = moved(sight_, poses.view);
   const auto& groups = scene_.groups();
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (i < kGroupBits && (own_ >> i & 1) != 0) continue;
     const TracedScene::Group& group = groups[i];
-    const Bounds3 box = group.mover == -1 ? sight : moved(sight, poses.of(group.mover), true);
+    const Bounds3 box = group.mover == -1 ? sight : moved(sight, poses.of(group.mover).inverse());
     for (const TracedScene::Item& item : group.items) {
       if (item.in_image && item.solid.may_cross(box)) return false;
     }
@@ -204,87 +250,62 @@ bool NativeView::is_plan_valid(const Poses& poses) const {
 
 int NativeView::bands() const { return (window_.last_row - window_.first_row) / kBlock_px + 1; }
 
+std::pair<int, int> NativeView::bands_of(const RowRange& rows) const {
+  const auto band_of = [this](int row) { return std::clamp((row - window_.first_row) / kBlock_px, 0, bands() - 1); };
+  return {band_of(rows.first), band_of(rows.last) + 1};
+}
+
 std::size_t NativeView::mirror_pixels() const {
   return std::size_t(std::ranges::count(fixed_, FixedPixel::Kind::kMirror, &FixedPixel::kind));
 }
 
-Colour NativeView::seen_through(const Poses& poses, double column, double row) const {
-  const Ray ray = camera_ray(column, row);
-  const Ray there{poses.view.point(ray.origin), normalized(poses.view.direction(ray.direction))};
-  return traced(scene_, poses, there, RayKind::kFromCamera, 1, 1);
-}
-
-Colour NativeView::centre(const Poses& poses, bool planned, int x, int y) const {
-  const bool is_inside =
-      x >= window_.first_column && x <= window_.last_column && y >= window_.first_row && y <= window_.last_row;
-  if (!planned || !is_inside) return seen_through(poses, x + 0.5, y + 0.5);
-  const FixedPixel& pixel = fixed_[pixel_index(x, y)];
-  switch (pixel.kind) {
-    case FixedPixel::Kind::kAny:
-      return seen_through(poses, x + 0.5, y + 0.5);
-    case FixedPixel::Kind::kConstant:
-      return pixel.colour;
-    case FixedPixel::Kind::kMirror:
-      break;
-  }
-  const FixedTile& tile = fixed_tile_at(x, y);
-  const int column = x - window_.first_column;
-  const int row = y - window_.first_row;
-  const int lane = row % kTileSide * kTileSide + column % kTileSide;
-  const Ray ray{poses.view.point(tile.origin.at(lane)), poses.view.direction(tile.direction.at(lane))};
-  return pixel.colour + pixel.share * traced(scene_, poses, ray, RayKind::kReflected, 2, greatest(pixel.share));
-}
-
-void NativeView::tile_centres(const Poses& poses, bool planned, int column, int row, std::uint64_t inside,
-                              std::array<Colour, kTileRays>& tile, PixelTruth* truth) const {
+void NativeView::tile_centres(const Moment& moment, int column, int row, std::uint64_t inside, TileVectors& tile,
+                              PixelTruth* truth) const {
   std::uint64_t unknown = inside;
-  if (planned) {
+  if (moment.is_planned) {
     const FixedTile& fixed = fixed_tile_at(column, row);
     unknown &= fixed.unknown;
-    if (fixed.is_uniform) {
-      tile.fill(fixed.common.colour);
+    if (fixed.common_constant) {
+      fill(fixed.constant, fixed.common_constant->colour, tile);
     } else {
-      for_each_lane(inside, [&](int lane) { tile[std::size_t(lane)] = fixed_[pixel_of(column, row, lane)].colour; });
+      for_each_lane(fixed.constant & inside,
+                    [&](int lane) { tile.set(lane, fixed_[pixel_of(column, row, lane)].colour); });
     }
     if (truth != nullptr) {
       for_each_lane(inside, [&](int lane) {
         const std::size_t pixel = pixel_of(column, row, lane);
         const TruthPlan::Fixed& seen = truth_plan_.fixed[pixel];
         if (seen.number < 0) return;
-        set_truth(*truth, pixel, seen.number, seen.distance, poses.view.direction(seen.normal));
+        set_truth(*truth, pixel, seen.number, seen.distance, moment.posed.poses().view.direction(seen.normal));
       });
     }
-    reflect(poses, column, row, tile, truth);
+    if ((fixed.mirror & inside) != 0) reflect(moment, column, row, fixed.mirror & inside, tile, truth);
   }
   if (unknown == 0) return;
   std::array<ImagePoint, kTileRays> points;
   std::array<Colour, kTileRays> seen;
   std::size_t count = 0;
   for_each_lane(unknown, [&](int lane) {
-    const int x = column + lane % kTileSide;
-    const int y = row + lane / kTileSide;
-    points[count++] = {x + 0.5, y + 0.5};
+    points[count++] = {column + lane % kTileSide + 0.5, row + lane / kTileSide + 0.5};
   });
-  look(poses, std::span(points).first(count), seen, truth);
+  look(moment, std::span(points).first(count), seen, truth);
   count = 0;
-  for_each_lane(unknown, [&](int lane) { tile[std::size_t(lane)] = seen[count++]; });
+  for_each_lane(unknown, [&](int lane) { tile.set(lane, seen[count++]); });
 }
 
 template <class Visit>
-void NativeView::visit_centres(const Poses& poses, bool planned, int band, PixelTruth* truth, Visit visit) const {
-  const int top = window_.first_row + band * kBlock_px;
-  const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
-  std::array<Colour, kTileRays> tile;
-  for (int row = top; row <= bottom; row += kTileSide) {
-    const int height = std::min(kTileSide, bottom - row + 1);
+void NativeView::visit_tiles(const Moment& moment, int first_row, int last_row, PixelTruth* truth, Visit visit) const {
+  thread_local TileVectors tile;
+  const int above = (first_row - window_.first_row) % kTileSide;
+  for (int row = first_row - above; row <= last_row; row += kTileSide) {
     for (int column = window_.first_column; column <= window_.last_column; column += kTileSide) {
       const int width = std::min(kTileSide, window_.last_column - column + 1);
       std::uint64_t inside = 0;
-      for (int y = 0; y < height; ++y) inside |= ((std::uint64_t{1} << width) - 1) << (y * kTileSide);
-      tile_centres(poses, planned, column, row, inside, tile, truth);
-      for (int y = 0; y < height; ++y) {
-        visit(column, row + y, std::span(tile).subspan(std::size_t(y) * kTileSide, std::size_t(width)));
+      for (int y = std::max(row, first_row); y <= std::min(row + kTileSide - 1, last_row); ++y) {
+        inside |= ((std::uint64_t{1} << width) - 1) << ((y - row) * kTileSide);
       }
+      tile_centres(moment, column, row, inside, tile, truth);
+      visit(column, row, inside, tile);
     }
   }
 }
@@ -293,43 +314,50 @@ std::size_t NativeView::pixel_of(int column, int row, int lane) const {
   return pixel_index(column + lane % kTileSide, row + lane / kTileSide);
 }
 
-const NativeView::FixedTile& NativeView::fixed_tile_at(int x, int y) const {
-  const int tile_columns = (window_.last_column - window_.first_column) / kTileSide + 1;
-  const int tile = (y - window_.first_row) / kTileSide * tile_columns + (x - window_.first_column) / kTileSide;
-  return tiles_[std::size_t(tile)];
+std::size_t NativeView::lane_of(int x, int y) const {
+  return std::size_t((y - window_.first_row) % kTileSide * kTileSide + (x - window_.first_column) % kTileSide);
 }
 
-void NativeView::reflect(const Poses& poses, int column, int row, std::array<Colour, kTileRays>& tile,
+std::size_t NativeView::tile_index(int x, int y) const {
+  const int tile_columns = (window_.last_column - window_.first_column) / kTileSide + 1;
+  return std::size_t((y - window_.first_row) / kTileSide * tile_columns + (x - window_.first_column) / kTileSide);
+}
+
+void NativeView::reflect(const Moment& moment, int column, int row, std::uint64_t lanes, TileVectors& tile,
                          PixelTruth* truth) const {
   const FixedTile& fixed = fixed_tile_at(column, row);
-  if (fixed.mirror == 0) return;
   thread_local RayBundle bundle;
   thread_local SeenTile seen;
   thread_local Lane weights;
-  const auto pixel_at = [&](int lane) -> const FixedPixel& {
-    return fixed.is_uniform ? fixed.common : fixed_[pixel_of(column, row, lane)];
-  };
-  bundle.used = fixed.mirror;
+  bundle.used = lanes;
   bundle.t_max.fill(kInfinity);
-  transform_rays(poses.view, fixed.origin, fixed.direction, bundle.rays);
-  for_each_lane(fixed.mirror, [&](int lane) { weights[std::size_t(lane)] = greatest(pixel_at(lane).share); });
-  trace_tile(scene_, poses, bundle, 2, fixed.surroundings, weights, seen);
-  for_each_lane(fixed.mirror, [&](int lane) {
-    const auto i = std::size_t(lane);
-    const FixedPixel& pixel = pixel_at(lane);
-    const bool met = (seen.met >> lane & 1) != 0;
-    tile[i] += pixel.share * (met ? seen.colours[i] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane)));
-    if (truth == nullptr) return;
+  transform_rays(moment.posed.poses().view, fixed.origin, fixed.direction, bundle.rays);
+  const auto pixel_at = [&](int lane) -> const FixedPixel& { return fixed_[pixel_of(column, row, lane)]; };
+  if (fixed.common_mirror) {
+    weights.fill(greatest(fixed.common_mirror->share));
+  } else {
+    for_each_lane(lanes, [&](int lane) { weights[std::size_t(lane)] = greatest(pixel_at(lane).share); });
+  }
+  trace_tile(moment.posed, bundle, 2, fixed.surroundings, weights, seen);
+  if (fixed.common_mirror) {
+    mix(lanes, fixed.common_mirror->colour, fixed.common_mirror->share, seen.colours, tile);
+  } else {
+    for_each_lane(
+        lanes, [&](int lane) { tile.set(lane, pixel_at(lane).colour + pixel_at(lane).share * seen.colours.at(lane)); });
+  }
+  if (truth == nullptr) return;
+  for_each_lane(lanes, [&](int lane) {
     const std::size_t at = pixel_of(column, row, lane);
-    if (truth_plan_.fixed[at].number < 0) set_truth(*truth, at, bundle, seen, lane, true);
+    if (truth_plan_.fixed[at].number < 0) set_truth(*truth, at, seen, lane, true);
   });
 }
 
-void NativeView::look(const Poses& poses, std::span<const ImagePoint> points, std::span<Colour> colours,
+void NativeView::look(const Moment& moment, std::span<const ImagePoint> points, std::span<Colour> colours,
                       PixelTruth* truth) const {
   thread_local RayBundle bundle;
   thread_local SeenTile seen;
   thread_local Lane weights;
+  const Transform& view = moment.posed.poses().view;
   bundle.t_max.fill(kInfinity);
   weights.fill(1);
   for (std::size_t first = 0; first < points.size(); first += kTileRays) {
@@ -338,48 +366,89 @@ void NativeView::look(const Poses& poses, std::span<const ImagePoint> points, st
     for (int lane = 0; lane < count; ++lane) {
       const ImagePoint& point = points[first + std::size_t(lane)];
       const Ray ray = camera_ray(point.column, point.row);
-      bundle.rays.origin.set(lane, poses.view.point(ray.origin));
-      bundle.rays.direction.set(lane, normalized(poses.view.direction(ray.direction)));
+      bundle.rays.origin.set(lane, view.point(ray.origin));
+      bundle.rays.direction.set(lane, normalized(view.direction(ray.direction)));
     }
     fill_unused(bundle);
-    trace_tile(scene_, poses, bundle, 1, kAllGroups, weights, seen);
+    trace_tile(moment.posed, bundle, 1, kAllGroups, weights, seen);
     for (int lane = 0; lane < count; ++lane) {
-      const bool met = (seen.met >> lane & 1) != 0;
-      colours[first + std::size_t(lane)] =
-          met ? seen.colours[std::size_t(lane)] : sky_colour(scene_.scene(), bundle.rays.direction.at(lane));
+      colours[first + std::size_t(lane)] = seen.colours.at(lane);
       if (truth == nullptr) continue;
       const ImagePoint& point = points[first + std::size_t(lane)];
-      set_truth(*truth, pixel_index(int(point.column), int(point.row)), bundle, seen, lane, false);
+      set_truth(*truth, pixel_index(int(point.column), int(point.row)), seen, lane, false);
     }
   }
 }
 
-void NativeView::take_samples(const Poses& poses, int antialias, int left, int top, std::span<const BlockPlace> places,
+void NativeView::reflect(const Moment& moment, std::span<const MirrorSample> wanted, std::span<Colour> colours) const {
+  thread_local RayBundle bundle;
+  thread_local SeenTile seen;
+  thread_local Lane weights;
+  thread_local TileVectors origin, direction;
+  bundle.t_max.fill(kInfinity);
+  for (; !wanted.empty(); wanted = wanted.subspan(std::min<std::size_t>(kTileRays, wanted.size()))) {
+    const std::size_t count = std::min<std::size_t>(kTileRays, wanted.size());
+    GroupSet surroundings = 0;
+    for (std::size_t i = 0; i < kTileRays; ++i) {
+      const MirrorSample& sample = wanted[std::min(i, count - 1)];
+      origin.set(int(i), sample.reflected->origin);
+      direction.set(int(i), sample.reflected->direction);
+      weights[i] = greatest(sample.tile->mirror.share);
+      surroundings |= sample.tile->surroundings;
+    }
+    bundle.used = ~std::uint64_t{0} >> (kTileRays - count);
+    transform_rays(moment.posed.poses().view, origin, direction, bundle.rays);
+    trace_tile(moment.posed, bundle, 2, surroundings, weights, seen);
+    for (std::size_t i = 0; i < count; ++i) {
+      const FixedPixel& mirror = wanted[i].tile->mirror;
+      colours[wanted[i].index] = mirror.colour + mirror.share * seen.colours.at(int(i));
+    }
+  }
+}
+
+void NativeView::take_samples(const Moment& moment, int left, int top, std::span<const BlockPlace> places,
                               SmoothedBlock& block) const {
   thread_local std::vector<ImagePoint> points;
-  thread_local std::vector<Colour> colours;
+  thread_local std::vector<std::size_t> indices;  // of the points' colours
+  thread_local std::vector<MirrorSample> reflected;
+  thread_local std::vector<Colour> colours, seen;
+  const auto samples = std::size_t(antialias_) * std::size_t(antialias_);
   points.clear();
+  indices.clear();
+  reflected.clear();
+  colours.resize(places.size() * samples);
+  std::size_t index = 0;
   for (const BlockPlace& place : places) {
-    for (int j = 0; j < antialias; ++j) {
-      for (int i = 0; i < antialias; ++i) {
-        points.push_back({left + place.x + (i + 0.5) / antialias, top + place.y + (j + 0.5) / antialias});
+    const int x = left + place.x;
+    const int y = top + place.y;
+    const FixedSamples* const fixed = moment.is_planned ? &fixed_samples(x, y) : nullptr;
+    for (std::size_t i = 0; i < samples; ++i, ++index) {
+      const FixedSamples::Sample* const sample = fixed ? &fixed->samples[lane_of(x, y) * samples + i] : nullptr;
+      if (sample != nullptr && sample->kind == FixedPixel::Kind::kMirror) {
+        reflected.push_back({fixed, &sample->reflected, index});
+      } else if (sample != nullptr && sample->kind == FixedPixel::Kind::kConstant) {
+        colours[index] = fixed->constant.colour;
+      } else {
+        points.push_back({x + (int(i) % antialias_ + 0.5) / antialias_, y + (int(i) / antialias_ + 0.5) / antialias_});
+        indices.push_back(index);
       }
     }
   }
-  colours.resize(points.size());
-  look(poses, points, colours);
+  reflect(moment, reflected, colours);
+  seen.resize(points.size());
+  look(moment, points, seen);
+  for (std::size_t i = 0; i < points.size(); ++i) colours[indices[i]] = seen[i];
   auto colour = colours.begin();
   for (const BlockPlace& place : places) {
     SmoothedBlock::Pixel& pixel = block.at(place.x, place.y);
     pixel.sampled = pixel.colour;
-    for (int i = 0; i < antialias * antialias; ++i) pixel.sampled += *colour++;
-    pixel.sampled = pixel.sampled / (antialias * antialias + 1);
+    for (std::size_t i = 0; i < samples; ++i) pixel.sampled += *colour++;
+    pixel.sampled = pixel.sampled / double(samples + 1);
     pixel.has_samples = true;
   }
 }
 
-void NativeView::smooth(const Poses& poses, int antialias, int left, int right, int top, int bottom,
-                        SmoothedBlock& block) const {
+void NativeView::smooth(const Moment& moment, int left, int right, int top, int bottom, SmoothedBlock& block) const {
   const int width = right - left + 1;
   const int height = bottom - top + 1;
   // The pixels whose centres differ are nearly all that need samples, and are sampled together.
@@ -400,11 +469,11 @@ void NativeView::smooth(const Poses& poses, int antialias, int left, int right, 
       if (differs_left || differs_above) add(x, y);
     }
   }
-  take_samples(poses, antialias, left, top, places, block);
+  take_samples(moment, left, top, places, block);
   const auto replace = [&](int x, int y) {
     SmoothedBlock::Pixel& pixel = block.at(x, y);
     if (x < 0 || y < 0 || pixel.is_smooth) return;
-    if (!pixel.has_samples) take_samples(poses, antialias, left, top, std::array{BlockPlace{x, y}}, block);
+    if (!pixel.has_samples) take_samples(moment, left, top, std::array{BlockPlace{x, y}}, block);
     pixel.colour = pixel.sampled;
     pixel.weighed = weighed(pixel.colour);
     pixel.is_smooth = true;
@@ -449,7 +518,8 @@ void NativeView::plan_truth() const {
       if (pixel.kind == FixedPixel::Kind::kAny) continue;
       const Ray ray = camera_ray(x + 0.5, y + 0.5);
       const auto meeting = nearest(scene_, rest, ray, RayKind::kFromCamera, own_);
-      if (!meeting || (pixel.kind == FixedPixel::Kind::kMirror && is_own_mirror(*meeting))) continue;
+      if (!meeting || (pixel.kind == FixedPixel::Kind::kMirror && is_own_mirror(meeting->number, *meeting->texture)))
+        continue;
       plan.fixed[pixel_index(x, y)] = {meeting->number, meeting->t, against(meeting->normal, ray.direction)};
     }
   }
@@ -470,9 +540,10 @@ Result<PixelTruth> NativeView::empty_truth() const {
   return truth;
 }
 
-bool NativeView::is_own_mirror(const Meeting& meeting) const {
+bool NativeView::is_own_mirror(int number, const Texture& texture) const {
   constexpr double kLeastShare = 0.5;
-  return robot_ >= 0 && meeting.group->mover == robot_ && greatest(meeting.texture->finish.reflection) >= kLeastShare;
+  const TracedScene::Group& group = scene_.groups()[std::size_t(scene_.place(number).group)];
+  return robot_ >= 0 && group.mover == robot_ && greatest(texture.finish.reflection) >= kLeastShare;
 }
 
 void NativeView::set_truth(PixelTruth& truth, std::size_t pixel, int number, double distance,
@@ -483,61 +554,79 @@ void NativeView::set_truth(PixelTruth& truth, std::size_t pixel, int number, dou
   truth.normal[pixel] = {float(normal.x), float(normal.z), float(normal.y)};
 }
 
-void NativeView::set_truth(PixelTruth& truth, std::size_t pixel, const RayBundle& bundle, const SeenTile& seen,
-                           int lane, bool is_reflected) const {
+void NativeView::set_truth(PixelTruth& truth, std::size_t pixel, const SeenTile& given, int lane,
+                           bool is_reflected) const {
+  const SeenTile* seen = &given;
+  const auto is_in = [lane](std::uint64_t lanes) { return (lanes >> lane & 1) != 0; };
   const auto i = std::size_t(lane);
-  if ((seen.met >> lane & 1) == 0) return;
-  const Meeting* meeting = &(*seen.meetings)[i];
-  Vec3 direction = bundle.rays.direction.at(lane);
-  if (!is_reflected && is_own_mirror(*meeting)) {
-    if ((seen.reflected->met >> lane & 1) == 0) return;
-    direction = direction - meeting->normal * (2 * dot(direction, meeting->normal));
-    meeting = &(*seen.reflected->meetings)[i];
+  if (!is_in(seen->met)) return;
+  if (!is_reflected && is_own_mirror(int(seen->hits->number[i]), *(*seen->textures)[i])) {
+    if (!is_in(seen->mirrored)) return;
+    seen = seen->reflected;
+    if (!is_in(seen->met)) return;
   }
-  set_truth(truth, pixel, meeting->number, meeting->t, against(meeting->normal, direction));
+  set_truth(truth, pixel, int(seen->hits->number[i]), seen->hits->t[i], seen->normals->at(lane));
 }
 
-void NativeView::render(const Poses& poses, int antialias, int band, Image& image, PixelTruth* truth) const {
-  const bool planned = is_plan_valid(poses);
-  const auto store = [&](int x, int y, const Colour& colour) {
-    std::uint8_t* bytes = image.bytes.data() + 3 * pixel_index(x, y);
-    bytes[0] = srgb_byte(colour.x);
-    bytes[1] = srgb_byte(colour.y);
-    bytes[2] = srgb_byte(colour.z);
-  };
-  if (antialias == 1) {
-    visit_centres(poses, planned, band, truth, [&](int x, int y, std::span<const Colour> part) {
-      for (const Colour& colour : part) store(x++, y, colour);
-    });
-    return;
-  }
+void NativeView::render_plain(const Moment& moment, int band, Image& image, PixelTruth* truth) const {
   const int top = window_.first_row + band * kBlock_px;
   const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
-  const auto columns = std::size_t(window_.last_column - window_.first_column) + 1;
-  thread_local std::vector<Colour> colours;
-  colours.resize(columns * kBlock_px);
-  const auto index_of = [&](int x, int y) {
-    return std::size_t(y - top) * columns + std::size_t(x - window_.first_column);
-  };
-  visit_centres(poses, planned, band, truth, [&](int x, int y, std::span<const Colour> part) {
-    std::ranges::copy(part, colours.begin() + std::ptrdiff_t(index_of(x, y)));
+  std::array<std::uint8_t, 3 * kTileRays> bytes;
+  visit_tiles(moment, top, bottom, truth, [&](int column, int row, std::uint64_t inside, const TileVectors& tile) {
+    srgb_bytes(tile, bytes);
+    for (int y = 0; y < kTileSide; ++y) {
+      const int width = std::popcount(inside >> (y * kTileSide) & 0xFF);
+      std::copy_n(bytes.data() + 3 * kTileSide * y, 3 * width, image.bytes.data() + 3 * pixel_index(column, row + y));
+    }
   });
-  const auto colour_at = [&](int x, int y) {
-    return x < window_.first_column || y < top ? centre(poses, planned, x, y) : colours[index_of(x, y)];
+}
+
+void NativeView::render_smoothed(const Moment& moment, int band, Image& image, PixelTruth* truth) const {
+  const int top = window_.first_row + band * kBlock_px;
+  const int bottom = std::min(top + kBlock_px - 1, window_.last_row);
+  // With one row above and one column to the left.
+  const auto columns = std::size_t(window_.last_column - window_.first_column) + 2;
+  thread_local std::vector<Colour> colours;
+  thread_local std::vector<ImagePoint> outside;
+  thread_local std::vector<Colour> seen_outside;
+  colours.resize(columns * (kBlock_px + 1));
+  const auto at = [&](int x, int y) -> Colour& {
+    return colours[std::size_t(y - top + 1) * columns + std::size_t(x - window_.first_column + 1)];
   };
+  const auto keep = [&](int column, int row, std::uint64_t inside, const TileVectors& tile) {
+    for_each_lane(inside, [&](int lane) { at(column + lane % kTileSide, row + lane / kTileSide) = tile.at(lane); });
+  };
+  visit_tiles(moment, top, bottom, truth, keep);
+  if (band > 0) visit_tiles(moment, top - 1, top - 1, nullptr, keep);
+  outside.clear();
+  const auto for_each_outside = [&](auto visit) {
+    for (int x = window_.first_column; band == 0 && x <= window_.last_column; ++x) visit(x, top - 1);
+    for (int y = top - 1; y <= bottom; ++y) visit(window_.first_column - 1, y);
+  };
+  for_each_outside([&](int x, int y) { outside.push_back({x + 0.5, y + 0.5}); });
+  seen_outside.resize(outside.size());
+  look(moment, outside, seen_outside);
+  std::size_t next = 0;
+  for_each_outside([&](int x, int y) { at(x, y) = seen_outside[next++]; });
+
+  thread_local SmoothedBlock block;
+  thread_local TileVectors tile;
+  std::array<std::uint8_t, 3 * kTileRays> bytes;
   for (int left = window_.first_column; left <= window_.last_column; left += kBlock_px) {
     const int right = std::min(left + kBlock_px - 1, window_.last_column);
-    thread_local SmoothedBlock block;
     for (int y = top - 1; y <= bottom; ++y) {
       for (int x = left - 1; x <= right; ++x) {
         SmoothedBlock::Pixel& pixel = block.at(x - left, y - top);
-        pixel = {.colour = colour_at(x, y)};
+        pixel = {.colour = at(x, y)};
         pixel.weighed = weighed(pixel.colour);
       }
     }
-    smooth(poses, antialias, left, right, top, bottom, block);
+    smooth(moment, left, right, top, bottom, block);
     for (int y = top; y <= bottom; ++y) {
-      for (int x = left; x <= right; ++x) store(x, y, block.at(x - left, y - top).colour);
+      const int width = right - left + 1;
+      for (int x = 0; x < width; ++x) tile.set(x, block.at(x, y - top).colour);
+      srgb_bytes(tile, bytes);
+      std::copy_n(bytes.data(), 3 * width, image.bytes.data() + 3 * pixel_index(left, y));
     }
   }
 }

@@ -2,15 +2,11 @@
 #include "drivers/sim_povray/render/native/shading.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <numbers>
 
 namespace twocone::sim_povray {
 namespace {
-
-constexpr int kBytes = 256;
 
 /// Returns a power; 0 to the power of 0 is 1.
 double power(double base, double exponent) { return exponent == 1 ? base : std::pow(base, exponent); }
@@ -37,27 +33,6 @@ double grazing_share(double cosine) {
   return (inverse_square(x - k) - inverse_square(k)) / (inverse_square(1 - k) - inverse_square(k));
 }
 
-double decoded(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
-
-/// The least linear values of the bytes, and near which byte a value lies.
-struct ByteTable {
-  // Finer than the distance of two bytes everywhere.
-  static constexpr int kCells = 8192;
-
-  ByteTable() {
-    for (int byte = 1; byte < kBytes; ++byte) least[std::size_t(byte)] = decoded((byte - 0.5) / (kBytes - 1));
-    least[kBytes] = 2;
-    std::size_t byte = 0;
-    for (int cell = 0; cell <= kCells; ++cell) {
-      while (double(cell) / kCells >= least[byte + 1]) ++byte;
-      first[std::size_t(cell)] = static_cast<std::uint8_t>(byte);
-    }
-  }
-
-  std::array<double, kBytes + 1> least{};
-  std::array<std::uint8_t, kCells + 1> first{};
-};
-
 }  // namespace
 
 double share_at(const LightSource& light, const Vec3& point) {
@@ -83,14 +58,6 @@ Colour highlight_of(const Finish& finish, const Colour& pigment, const Vec3& nor
   if (finish.metallic == 0) return white * highlight;
   const double tint = finish.metallic * (1 - grazing_share(dot(normal, to_light)));
   return (white - (white - pigment) * tint) * highlight;
-}
-
-std::uint8_t srgb_byte(double linear) {
-  static const ByteTable table;
-  const double value = std::clamp(linear, 0.0, 1.0);
-  std::size_t byte = table.first[static_cast<std::size_t>(value * ByteTable::kCells)];
-  while (value >= table.least[byte + 1]) ++byte;
-  return static_cast<std::uint8_t>(byte);
 }
 
 }  // namespace twocone::sim_povray

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 
 #include "drivers/sim_povray/scene/evaluated_scene.h"
 #include "drivers/sim_povray/scene/vector3.h"
@@ -14,10 +13,14 @@ namespace twocone::sim_povray {
 /// Returns how much of a light's colour reaches a point, by its cone and its fading.
 double share_at(const LightSource& light, const Vec3& point);
 
+/// Returns whether the same light reaches all points.
+inline bool is_even_light(const LightSource& light) {
+  return !light.is_spot && (light.fade_distance == 0 || light.fade_power <= 0);
+}
+
 /// Returns the light that reaches a point if nothing is in the way: the source's colour, cone and fading.
 inline Colour light_at(const LightSource& light, const Vec3& point) {
-  const bool fades = light.fade_distance != 0 && light.fade_power > 0;
-  return light.is_spot || fades ? light.colour * share_at(light, point) : light.colour;
+  return is_even_light(light) ? light.colour : light.colour * share_at(light, point);
 }
 
 /// Returns whether light sources change what a surface shows.
@@ -47,9 +50,5 @@ inline Colour lit(const Finish& finish, const Colour& pigment, const Vec3& norma
   }
   return result * light;
 }
-
-/// Returns the byte of an image file (`File_Gamma=sRGB`) for a component of a colour.
-/// Source: IEC 61966-2-1, and the nearest byte.
-std::uint8_t srgb_byte(double linear);
 
 }  // namespace twocone::sim_povray

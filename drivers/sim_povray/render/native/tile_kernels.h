@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 
@@ -40,23 +41,54 @@ struct alignas(64) TileHits {
 /// Sets the images of rays, and their inverse directions as invert_directions() does.
 void transform_rays(const Transform& transform, const TileVectors& origin, const TileVectors& direction,
                     RayTile& result);
-/// Sets `inverse`. A component that is nearly 0 counts as 1e-300, so that no product is NaN.
+/// Returns 1 / direction. A component that is nearly 0 counts as 1e-300, so that no product with it is NaN.
+inline double inverse_of(double direction) {
+  constexpr double kTiny = 1e-300;
+  return 1 / (std::abs(direction) < kTiny ? kTiny : direction);
+}
+/// Sets `inverse` to inverse_of() the directions.
 void invert_directions(RayTile& rays);
 /// Returns the greatest of the numbers.
 double greatest_of(const Lane& lane);
 /// Smallest and greatest component over all lanes.
 Bounds3 limits_of(const TileVectors& vectors);
+/// Returns the lanes, as bits, that hold this number.
+std::uint64_t lanes_with(const Lane& lane, double number);
 
 /// Notes the box where it is nearer than what `hits` has (at the same distance: if its number is lower) and not nearer
 /// than `t_min`.
 void meet_box(const RayTile& rays, const Bounds3& box, double number, double t_min, TileHits& hits);
-/// Returns the lanes, as bits, whose rays pass through the box between t_min and their t.
+/// Returns the lanes whose rays pass through the box between t_min and their t.
 std::uint64_t lanes_through(const RayTile& rays, const Bounds3& box, double t_min, const Lane& t);
-/// Returns the lanes whose rays cross a face of the box between their t_min and their t.
-std::uint64_t lanes_blocked(const RayTile& rays, const Bounds3& box, const Lane& t_min, const Lane& t);
-/// Directs rays, which have their origins, to a light: sets directions of length 1 and their inverse, `distance` to the
-/// light and `cosine` between direction and normal (of length 1).
-void aim_at_light(const Vec3& light, const TileVectors& normals, RayTile& rays, Lane& distance, Lane& cosine);
+/// Returns the lanes whose rays cross a face of the box between t_min and their t.
+std::uint64_t lanes_blocked(const RayTile& rays, const Bounds3& box, double t_min, const Lane& t);
+
+/// Sets points[i] to where ray i is at t[i].
+void points_along(const RayTile& rays, const Lane& t, TileVectors& points);
+/// Sets the normals of a box where meet_box() found it, on the side that the rays come from, in these lanes.
+void box_normals(const RayTile& rays, const Bounds3& box, const Lane& t, std::uint64_t lanes, TileVectors& normals);
+
+/// Surfaces as light sources light them.
+struct alignas(64) TileSurfaces {
+  TileVectors normals;  ///< of length 1, on the side that is seen
+  TileVectors pigments;
+  Lane diffuse;  ///< Finish::diffuse
+};
+/// Directs rays, which have their origins, to a light: sets directions of length 1, their inverse, `t_max`, which is
+/// the distance to the light less `margin`, and `cosine` between direction and normal. Returns the lanes that face the
+/// light.
+std::uint64_t aim_at_light(const Vec3& light, const TileVectors& normals, double margin, RayTile& rays, Lane& t_max,
+                           Lane& cosine);
+/// Sets the vectors of some lanes to `value`.
+void fill(std::uint64_t lanes, const Vec3& value, TileVectors& vectors);
+/// Adds to the colours of some lanes what their surfaces scatter of a light: pigment (diffuse cosine) light.
+void add_diffuse(std::uint64_t lanes, const TileSurfaces& surfaces, const Lane& cosine, const Vec3& light,
+                 TileVectors& colours);
+/// Sets the colours of some lanes to base + share seen.
+void mix(std::uint64_t lanes, const Vec3& base, const Vec3& share, const TileVectors& seen, TileVectors& colours);
+/// Sets the bytes of an image file (`File_Gamma=sRGB`) for the colours, pixel by pixel.
+/// Source: IEC 61966-2-1, and the nearest byte.
+void srgb_bytes(const TileVectors& colours, std::array<std::uint8_t, 3 * kTileRays>& bytes);
 
 /// Returns the name of the instruction set in use: "AVX2".
 std::string instruction_set();

@@ -28,16 +28,19 @@ void fill_unused(RayBundle& bundle);
 
 /// What each lane of a bundle sees.
 struct SeenTile {
-  std::uint64_t met = 0;  ///< lanes that met a surface; `colours` holds only these
-  std::array<Colour, kTileRays> colours;
-  /// Of the lanes in `met`, until this thread traces rays of the same level again.
-  const std::array<Meeting, kTileRays>* meetings = nullptr;
-  const SeenTile* reflected = nullptr;  ///< what those lanes see that are reflected
+  TileVectors colours;    ///< in linear light, of the lanes in use
+  std::uint64_t met = 0;  ///< lanes that met a surface; the others see the sky
+  /// What the lanes in `met` meet, until this thread traces rays of the same level again.
+  const TileHits* hits = nullptr;
+  const TileVectors* normals = nullptr;  ///< of length 1, on the side that is seen
+  const std::array<const Texture*, kTileRays>* textures = nullptr;
+  std::uint64_t mirrored = 0;           ///< lanes whose ray is followed beyond a reflecting surface,
+  const SeenTile* reflected = nullptr;  ///< and what they see there
 };
 
-/// Does for each lane what nearest(), with the groups in `which`, and shaded() do.
+/// Finds what each lane of a bundle sees: the nearest surface of the groups in `which`, and its light.
 /// @param level of the rays: 1 from the camera, then one more for each reflection @param weights of what they bring
-void trace_tile(const TracedScene& scene, const Poses& poses, const RayBundle& bundle, int level, GroupSet which,
-                const Lane& weights, SeenTile& seen);
+void trace_tile(const PosedScene& posed, const RayBundle& bundle, int level, GroupSet which, const Lane& weights,
+                SeenTile& seen);
 
 }  // namespace twocone::sim_povray

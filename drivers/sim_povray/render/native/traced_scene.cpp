@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "drivers/sim_povray/render/native/pigment_colour.h"
-#include "drivers/sim_povray/render/native/shading.h"
 #include "drivers/sim_povray/scene/evaluator.h"
 
 namespace twocone::sim_povray {
@@ -95,6 +94,40 @@ void TracedScene::add(const Object& object, int mover) {
                           box_texture});
 }
 
+Bounds3 moved(const Bounds3& box, const Transform& by) {
+  Bounds3 result{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p = by.point({(corner & 1) != 0 ? box.high.x : box.low.x, (corner & 2) != 0 ? box.high.y : box.low.y,
+                             (corner & 4) != 0 ? box.high.z : box.low.z});
+    result = around(result, {p, p});
+  }
+  return result;
+}
+
+PosedScene::PosedScene(const TracedScene& scene, Poses poses) : scene_(scene), poses_(std::move(poses)) {
+  for (const TracedScene::Group& group : scene.groups()) {
+    const Transform& pose = poses_.of(group.mover);
+    const auto bounds = [&](const Bvh& bvh, bool is_infinite) -> std::optional<Bounds3> {
+      if (is_infinite) return std::nullopt;
+      if (bvh.empty()) return Bounds3{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+      // Rounding of the corners must not lose what a ray only touches.
+      constexpr double kSlack = 1e-9;
+      Bounds3 box = moved(bvh.nodes().front().bounds, pose);
+      const double most = std::max(length(box.low), length(box.high));
+      const Vec3 margin = Vec3{1, 1, 1} * (kSlack * most);
+      return Bounds3{box.low - margin, box.high + margin};
+    };
+    groups_.push_back({pose.inverse(), bounds(group.bounded, !group.unbounded.empty()),
+                       bounds(group.shadows, !group.unbounded_shadows.empty())});
+  }
+  for (const LightSource& given : scene.scene().lights) {
+    LightSource light = given;
+    light.position = poses_.of(light.mover).point(given.position);
+    light.point_at = poses_.of(light.mover).point(given.point_at);
+    lights_.push_back(std::move(light));
+  }
+}
+
 std::optional<Meeting> nearest(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind,
                                GroupSet which, double t_max) {
   Meeting best{.t = t_max};
@@ -133,97 +166,8 @@ std::optional<Meeting> nearest(const TracedScene& scene, const Poses& poses, con
   return best;
 }
 
-bool is_shadowed(const TracedScene& scene, const Poses& poses, const Vec3& point, const Vec3& light) {
-  const double distance = length(light - point);
-  const double farthest = distance - kNearestShadow;
-  const Ray ray{point, (light - point) / distance};
-  for (const TracedScene::Group& group : scene.groups()) {
-    const Transform& pose = poses.of(group.mover);
-    const Ray local =
-        group.mover == -1 ? ray : Ray{pose.inverse_point(ray.origin), pose.inverse_direction(ray.direction)};
-    bool blocked = false;
-    const auto visit = [&](int index) {
-      return blocked = group.items[std::size_t(index)].solid.blocks(local, kNearestShadow, farthest);
-    };
-    for (const int index : group.unbounded_shadows) {
-      if (visit(index)) return true;
-    }
-    group.shadows.search(local, kNearestShadow, farthest,
-                         [&](int i) { return visit(group.shadow_items[std::size_t(i)]); });
-    if (blocked) return true;
-  }
-  return false;
-}
-
-Colour traced(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind, int level, double weight) {
-  const EvaluatedScene& description = scene.scene();
-  if (level > description.max_trace_level || weight < description.adc_bailout) return {};
-  const auto meeting = nearest(scene, poses, ray, kind);
-  if (meeting) return shaded(scene, poses, ray, *meeting, level, weight);
-  return sky_colour(description, ray.direction);
-}
-
 Colour sky_colour(const EvaluatedScene& scene, const Vec3& direction) {
   return scene.sky ? pigment_colour(*scene.sky, direction) : scene.background;
-}
-
-Meeting meeting_at(const Poses& poses, const Ray& ray, const TracedScene::Group& group, const TracedScene::Item& item,
-                   const Crossing& crossing) {
-  const Texture* const texture = crossing.texture != nullptr ? crossing.texture : item.texture;
-  const Vec3 point = ray.at(crossing.t);
-  if (group.mover == -1) return {crossing.t, &group, texture, point, point, normalized(crossing.normal), item.number};
-  const Transform& pose = poses.of(group.mover);
-  return {crossing.t, &group, texture, point, pose.inverse_point(point), normalized(pose.normal(crossing.normal)),
-          item.number};
-}
-
-std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const TracedScene::Group& group,
-                                    const TracedScene::Item& item) {
-  const Transform& pose = poses.of(group.mover);
-  const Ray local =
-      group.mover == -1 ? ray : Ray{pose.inverse_point(ray.origin), pose.inverse_direction(ray.direction)};
-  Crossing found;
-  if (!item.solid.nearest(local, kNearest, kInfinity, found)) return std::nullopt;
-  return meeting_at(poses, ray, group, item, found);
-}
-
-LightSource placed(const LightSource& light, const Poses& poses) {
-  LightSource result = light;
-  if (light.mover == -1) return result;
-  result.position = poses.of(light.mover).point(light.position);
-  result.point_at = poses.of(light.mover).point(light.point_at);
-  return result;
-}
-
-Colour light_of(const Meeting& meeting, const Vec3& ray_direction, const Colour& pigment, const LightSource& light) {
-  const Vec3 to_eye = -ray_direction;
-  const Vec3 normal = dot(meeting.normal, to_eye) < 0 ? -meeting.normal : meeting.normal;
-  const Vec3 to_light = normalized(light.position - meeting.point);
-  return lit(meeting.texture->finish, pigment, normal, to_eye, to_light, light_at(light, meeting.point),
-             !light.shadowless);
-}
-
-Colour mirrored(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
-                double weight) {
-  const Colour& share = meeting.texture->finish.reflection;
-  const double most = std::max({share.x, share.y, share.z});
-  const Ray reflected{meeting.point, ray.direction - meeting.normal * (2 * dot(ray.direction, meeting.normal))};
-  return share * traced(scene, poses, reflected, RayKind::kReflected, level + 1, weight * most);
-}
-
-Colour shaded(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
-              double weight) {
-  const Finish& finish = meeting.texture->finish;
-  const Colour pigment = pigment_colour(meeting.texture->pigment, meeting.pattern_point);
-  Colour sum = unlit(finish, pigment, scene.scene().ambient_light);
-  for (const LightSource& given : scene.scene().lights) {
-    const LightSource light = placed(given, poses);
-    const Colour part = light_of(meeting, ray.direction, pigment, light);
-    if (part == Colour{}) continue;
-    if (light.shadowless || !is_shadowed(scene, poses, meeting.point, light.position)) sum += part;
-  }
-  if (finish.reflection != Colour{}) sum += mirrored(scene, poses, ray, meeting, level, weight);
-  return sum;
 }
 
 }  // namespace twocone::sim_povray

@@ -75,6 +75,48 @@ class TracedScene {
   std::vector<Source> sources_;
 };
 
+/// Measured: POV-Ray sees no surface nearer than this to where a ray starts, and none nearer than the other number to
+/// either end of the way from a surface to a light casts a shadow.
+constexpr double kNearest = 1e-4;
+constexpr double kNearestShadow = 1e-3;
+
+/// A scene with the poses of one image, and what follows from them.
+class PosedScene {
+ public:
+  /// @param scene must outlive this
+  PosedScene(const TracedScene& scene, Poses poses);
+
+  struct Group {
+    Transform to_group;  ///< from the scene's coordinates
+    /// Around all that can be seen of the group, and around all that casts shadows, in the scene's coordinates; none if
+    /// that is infinite. A group without such things has an empty box, which no ray meets.
+    std::optional<Bounds3> seen{}, shadows{};
+  };
+
+  [[nodiscard]] const TracedScene& scene() const { return scene_; }
+  [[nodiscard]] const Poses& poses() const { return poses_; }
+  /// Returns a group's, by its index in TracedScene::groups().
+  [[nodiscard]] const Group& group(std::size_t index) const { return groups_[index]; }
+  /// Returns the lights where they are in this image.
+  [[nodiscard]] const std::vector<LightSource>& lights() const { return lights_; }
+
+ private:
+  const TracedScene& scene_;
+  Poses poses_;
+  std::vector<Group> groups_{};
+  std::vector<LightSource> lights_{};
+};
+
+/// Returns a box around the image of a box.
+Bounds3 moved(const Bounds3& box, const Transform& by);
+
+enum class RayKind { kFromCamera, kReflected };
+
+/// A set of groups, as bits of their indices. Groups from kGroupBits on are in every set.
+using GroupSet = std::uint64_t;
+constexpr std::size_t kGroupBits = 64;
+constexpr GroupSet kAllGroups = ~GroupSet{0};
+
 /// A point of a surface that a ray meets.
 struct Meeting {
   double t = 0;
@@ -86,44 +128,11 @@ struct Meeting {
   int number = 0;        ///< Item::number of what is met
 };
 
-/// Measured: POV-Ray sees no surface nearer than this to where a ray starts, and none nearer than the other number to
-/// either end of the way from a surface to a light casts a shadow.
-constexpr double kNearest = 1e-4;
-constexpr double kNearestShadow = 1e-3;
-
-enum class RayKind { kFromCamera, kReflected };
-
-/// A set of groups, as bits of their indices. Groups from kGroupBits on are in every set.
-using GroupSet = std::uint64_t;
-constexpr std::size_t kGroupBits = 64;
-constexpr GroupSet kAllGroups = ~GroupSet{0};
-
 /// Returns the nearest surface of the groups in `which` along a ray of length-1 direction, nearer than `t_max`. Two
 /// surfaces at one place: the first in the scene.
 std::optional<Meeting> nearest(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind,
                                GroupSet which = kAllGroups, double t_max = kInfinity);
-/// Returns whether something casts a shadow on `point` in the light at `light`.
-bool is_shadowed(const TracedScene& scene, const Poses& poses, const Vec3& point, const Vec3& light);
-
-/// Returns the colour that a ray brings, in linear light. @param level 1 for a ray from the camera
-Colour traced(const TracedScene& scene, const Poses& poses, const Ray& ray, RayKind kind, int level, double weight);
-/// Returns where a ray meets an item of the group. @param crossing of the ray in the group's coordinates
-Meeting meeting_at(const Poses& poses, const Ray& ray, const TracedScene::Group& group, const TracedScene::Item& item,
-                   const Crossing& crossing);
-/// Returns the nearest crossing of a ray with an item of the group.
-std::optional<Meeting> meeting_with(const Poses& poses, const Ray& ray, const TracedScene::Group& group,
-                                    const TracedScene::Item& item);
-/// Returns the light source where it is in this image.
-LightSource placed(const LightSource& light, const Poses& poses);
-/// Returns what a surface shows because of one light source, if nothing is in the way.
-Colour light_of(const Meeting& meeting, const Vec3& ray_direction, const Colour& pigment, const LightSource& light);
-/// Returns what a reflecting surface shows of its surroundings. @param level,weight of the ray that meets it
-Colour mirrored(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
-                double weight);
 /// Returns the colour that a ray that meets nothing brings.
 Colour sky_colour(const EvaluatedScene& scene, const Vec3& direction);
-/// Returns the light of a surface that leaves towards where the ray comes from.
-Colour shaded(const TracedScene& scene, const Poses& poses, const Ray& ray, const Meeting& meeting, int level,
-              double weight);
 
 }  // namespace twocone::sim_povray
