@@ -58,6 +58,34 @@ sed "s|\.\./\.\./scenes/effects/plain.map.yaml|$work/photons/plain.map.yaml|" ro
 step falls_back_photons "$bench" --poses 1 --frames 1 --repeats 1 "$work/photons/plain.yaml"
 why=$(sed -n 's/^.*yaml *POV-Ray: //p' "$work/falls_back_photons.log")
 row "the plain scene with photons is rendered by POV-Ray" "${why:-it is not}" "a construct that the tracer does not know" "$([ -n "$why" ] && echo yes || echo no)"
+# bounded NAME: the scenes of docs/renderers.md with two surfaces in one place, by the three ways of bounding: prints the numbers of pixels
+# that differ from those without bounding, with +BM2 and with the default.
+bounded() {
+  local how
+  for how in +BM2 +BM1 -MB; do povray "+I$work/$1.pov" "+O$work/$1$how.ppm" +FP8 +W64 +H48 -A -D -V -GA $how 2>"$work/$1.errors" || return 1; done
+  python3 - "$work/$1"{+BM2,+BM1,-MB}.ppm <<'PYTHON'
+import sys
+bm2, default, none = (open(f, "rb").read()[-64 * 48 * 3:] for f in sys.argv[1:])
+print(*(sum(a[i:i + 3] != none[i:i + 3] for i in range(0, len(none), 3)) for a in (bm2, default)))
+PYTHON
+}
+first='#version 3.7; global_settings { assumed_gamma 1 } #default { pigment { rgb 0.5 } finish { ambient 1 diffuse 0 } }'
+cat >"$work/tree.pov" <<SCENE
+$first
+camera { location <37, 6, 0> direction z look_at <42, 8.6, 11> }
+box { <40, 8, 11> <45, 9, 32> pigment { rgb <1, 0, 0> } } box { <40, 0, 11> <45, 25, 12> pigment { rgb <0, 0, 1> } }
+box { <-45, -1, -35> <45, 0, 35> } box { <-45, 0, 10.4> <-42, 28, 12.4> } box { <-45, 0, 12.6> <-42, 28, 14.6> } cylinder { <42, 9, 14> <42, 12, 14> 1 }
+SCENE
+cat >"$work/boxes.pov" <<SCENE
+$first
+camera { location <1.5, 1, -8> look_at <1.5, 1, 0> }
+box { <1, 0, 0> <3, 2, 1> pigment { rgb <0, 0, 1> } } box { 0 <2, 2, 1> pigment { rgb <1, 0, 0> } } sphere { <-3, 0, 0>, 0.5 }
+SCENE
+step bounded_tree bounded tree
+row "POV-Ray's choice among surfaces in one place, six objects: pixels that differ from no bounding, with +BM2 and with the default" \
+  "$(tail -n 1 "$work/bounded_tree.log")" "some with +BM2" "$(holds "$(sed -n 's/^\([0-9]*\) .*/\1/p' "$work/bounded_tree.log" | tail -n 1)+0 > 0")"
+step bounded_boxes bounded boxes
+row "the same, three objects" "$(tail -n 1 "$work/bounded_boxes.log")" "none with +BM2, some with the default" "$(holds "\"$(tail -n 1 "$work/bounded_boxes.log")\" ~ /^0 [1-9]/")"
 step known_otherwise build/release/tests/sim_povray/sim_povray_test --gtest_filter='NativeRendererTest.AKnownConstructThatIsRenderedOtherwiseIsFound'
 row "scenes of known constructs that POV-Ray shades otherwise: bounds that cut, the distance limit, coincident edges" "$(tail -n 1 "$work/known_otherwise.log")" "three, found by the check" "$(passed known_otherwise)"
 step keywords build/release/tests/sim_povray/sim_povray_test --gtest_filter='*NativeKeywords*'
