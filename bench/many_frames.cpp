@@ -117,17 +117,14 @@ class Rows {
   std::map<int, std::vector<FixRecord>> blocks_;
 };
 
-/// A position and its covariance against the truth.
-void judge(const std::optional<Eigen::Vector2d>& position_m, const std::optional<Eigen::Matrix3d>& covariance,
-           bool has_ellipse, const Pose2& truth, FixRecord& record) {
-  if (!position_m) return;
-  const Eigen::Vector2d error_m = *position_m - Eigen::Vector2d(truth.x_m, truth.y_m);
-  record.error_m = std::max(record.error_m.value_or(0), error_m.norm());
-  if (!covariance || !has_ellipse) return;
-  const Eigen::LLT<Eigen::Matrix2d> factor(covariance->topLeftCorner<2, 2>());
-  const bool held =
+/// Compares a position and its covariance with the truth.
+void judge(const localisation::Fix& fix, const Pose2& truth, FixRecord& record) {
+  const Eigen::Vector2d error_m = *fix.position_m - Eigen::Vector2d(truth.x_m, truth.y_m);
+  record.error_m = error_m.norm();
+  if (!fix.covariance) return;
+  const Eigen::LLT<Eigen::Matrix2d> factor(fix.covariance->topLeftCorner<2, 2>());
+  record.in_ellipse =
       factor.info() == Eigen::Success && factor.matrixL().solve(error_m).squaredNorm() <= runlog::k95Ellipse;
-  record.in_ellipse = held || record.in_ellipse.value_or(false);
 }
 
 class FrameTaker {
@@ -179,11 +176,7 @@ class FrameTaker {
     FixRecord record{.frame = frame, .verdict = std::string(localisation::to_string(answer.fix.verdict))};
     record.render_s = rendered_s - begin_s;
     record.vision_s = estimation::thread_time_s() - rendered_s;
-    if (answer.fix.verdict != localisation::FixVerdict::kOutOfBounds) {
-      const bool has_ellipse = answer.fix.verdict != localisation::FixVerdict::kWeak;
-      judge(answer.fix.position_m, answer.fix.covariance, has_ellipse, truth, record);
-      judge(answer.fix.other_position_m, answer.fix.other_covariance, has_ellipse, truth, record);
-    }
+    if (is_place(answer.fix)) judge(answer.fix, truth, record);
     const double t_s = frame;
     run.frames.push_back({.frame = std::uint64_t(frame), .t_s = t_s});
     run.truth.push_back({t_s, truth.x_m, truth.y_m, truth.heading_rad});

@@ -26,11 +26,12 @@ struct ManyFramesOptions {
   std::function<void(int frames)> progress{};  ///< called after each block, from its thread
 };
 
-/// What one frame's fix is worth. The position is compared as in summary.json.
+/// What one frame's fix is worth. A fix counts if it is a place (localisation::is_place): one of two positions would
+/// be metres away, and alone would decide the mean.
 struct FixRecord {
   int frame = 0;
   std::string verdict;              ///< localisation::FixVerdict
-  std::optional<double> error_m{};  ///< of the worse position, if there are two
+  std::optional<double> error_m{};  ///< of a place
   std::optional<bool> in_ellipse{};
   std::optional<double> bound_m{};    ///< Cramer-Rao bound of the position
   double render_s = 0, vision_s = 0;  ///< processor time of the thread
