@@ -48,6 +48,11 @@ inline const KeywordGroup kShapes{
     "",
     {
         {"box", "box { <-0.9, -0.8, -0.7>, <0.6, 0.7, 0.9> pigment { Paint } }"},
+        // POV-Ray's default bounding shows the second box, but with +BM2 and without bounding the first one of the
+        // scene.
+        {"two surfaces in one place",
+         "box { <0, -0.9, -0.7>, <1.2, 0.7, 0.9> pigment { Paint } } box { <-1, -0.9, -0.7>, <0.6, 0.7, 0.9> pigment { "
+         "rgb <0.2, 0.3, 0.8> } } sphere { <-1.6, 0.4, 0.3>, 0.2 pigment { Paint } }"},
         {"box turned", "box { <0.9, 0.8, -0.7>, <-0.6, -0.7, 0.9> pigment { Paint } rotate <23, 37, 11> }"},
         {"sphere", "sphere { <0.1, 0.05, 0.2>, 0.93 pigment { Paint } }"},
         {"sphere scaled", "sphere { <0.1, 0, 0.2>, 0.7 pigment { Paint } scale <1.7, 0.6, 1.1> rotate z*31 }"},
