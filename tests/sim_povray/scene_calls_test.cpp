@@ -10,7 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/token_tree.h"
 #include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {

@@ -14,7 +14,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/effects/token_tree.h"
+#include "drivers/sim_povray/effects/expression_end.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -120,11 +120,9 @@ class Scanner {
     File& file = *files_.emplace_back(std::make_unique<File>());
     file.path = std::move(path);
     file.text = std::move(text);
-    try {
-      file.tree = take_apart(file.text);
-    } catch (const SceneError& error) {
-      unread_.emplace_back(kRoot, fmt::format("{}:{}: {}", file.path, error.place.line, error.message));
-      file.tree = take_apart(std::string_view(file.text).substr(0, error.place.offset));
+    file.tree = take_apart(file.text);
+    if (const auto& error = file.tree.unfinished) {
+      unread_.emplace_back(kRoot, fmt::format("{}:{}: {}", file.path, error->place.line, error->message));
     }
     everything_lives_ = everything_lives_ || file.tree.leaks;
     for (const std::string_view macro : file.tree.leaky_macros) leaky_.insert(number(macro));

@@ -84,19 +84,4 @@ struct IncludedFile {
 /// Returns the file for the name in an `#include`; nothing: there is no such file.
 using IncludeReader = std::function<std::optional<IncludedFile>(const std::string& name)>;
 
-enum class Truth { kFalse, kTrue, kUnknown };
-
-/// Returns the value of the condition right after its directive if it is a literal: (0), (1), ((-2.5)), (false), (yes),
-/// ...; else kUnknown.
-Truth literal_condition(Lexer ahead);
-
-/// The branches of one `#if` or `#switch`, entered one after the other.
-struct Branches {
-  Truth reached = Truth::kTrue;  ///< whether the present branch's condition is evaluated at all
-  bool dead = false;             ///< the present branch is certainly not taken
-  bool uncertain = false;        ///< the present branch may or may not be taken, or is taken more than once
-
-  void enter(Truth condition);
-};
-
 }  // namespace twocone::sim_povray
