@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -21,6 +22,13 @@ const std::map<std::string_view, Wave> kWaves{
     {"ramp_wave", Wave::kRamp},       {"triangle_wave", Wave::kTriangle}, {"sine_wave", Wave::kSine},
     {"scallop_wave", Wave::kScallop}, {"cubic_wave", Wave::kCubic},       {"poly_wave", Wave::kPoly},
 };
+
+/// The time of a colour doubles with each level of pigments in maps.
+constexpr int kMostNested = 10;
+/// POV-Ray accepts no more.
+constexpr std::size_t kMostEntries = 256;
+/// A pigment that is declared again and again from itself ends here; that of a person has less than ten.
+constexpr std::size_t kMostSteps = 1000;
 
 constexpr std::string_view kNotInPigment = "is not supported in a pigment";
 
@@ -161,6 +169,7 @@ ColourMap Evaluation::read_map(bool of_pigments) {
     }
     expect(']');
     map.push_back(std::move(entry));
+    if (map.size() > kMostEntries) fail_at_limit(fmt::format("a map has more than {} entries", kMostEntries));
   }
   if (map.empty()) fail("this map is empty");
   return map;
@@ -262,10 +271,24 @@ bool Evaluation::read_pigment_part(const Token& token, Pigment& pigment) {
   return true;
 }
 
+void Evaluation::check_size(Pigment& pigment) {
+  pigment.nesting = 0;
+  for (const PigmentEntry& entry : pigment.entries) {
+    if (entry.pigment != nullptr) pigment.nesting = std::max(pigment.nesting, entry.pigment->nesting + 1);
+  }
+  if (pigment.nesting > kMostNested) fail_at_limit(fmt::format("pigments are nested more than {} deep", kMostNested));
+  if (pigment.steps.size() > kMostSteps) {
+    fail_at_limit(fmt::format("a pigment has more than {} transformations and warps", kMostSteps));
+  }
+}
+
 void Evaluation::read_pigment_parts(Pigment& pigment) {
   while (true) {
     const Token token = next();
-    if (token.is('}') || token.is(']')) return put_back(token);
+    if (token.is('}') || token.is(']')) {
+      check_size(pigment);
+      return put_back(token);
+    }
     if (token.is(',')) continue;
     if (token.kind == Token::Kind::kWord && read_pigment_part(token, pigment)) continue;
     const bool is_number = token.kind == Token::Kind::kWord && find_as<Number>(token.text) != nullptr;
