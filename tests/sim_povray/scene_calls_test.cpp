@@ -214,7 +214,7 @@ TEST(SceneCalls, EvaluationExcludesBranchesThatAreNotTaken) {
   const std::string options =
       "#declare Smoke = 0;\n"
       "#declare Depth = 3 + 4;\n"
-      "#macro Lamp(P) light_source { P, 1 } #end\n"
+      "#macro Lamp(P) light_source { P, rgb 1 } #end\n"
       "#if (Smoke) fog { distance 9 } Lamp(x) global_settings { max_trace_level 2 } #end\n"
       "global_settings { max_trace_level Depth }\n"
       "sphere { 0, 1 }\n";
