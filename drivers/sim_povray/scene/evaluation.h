@@ -30,6 +30,9 @@ struct Number {
   Number(const Vec3& value) : v{value.x, value.y, value.z}, size(3) {}  // NOLINT
 };
 
+/// Moves a pigment with the surface that shows it.
+void move_pigment(Pigment& pigment, const Transform& transform);
+
 /// A transformation, and the pose that follows it.
 struct Placing {
   Transform transform{};
@@ -133,7 +136,6 @@ class Evaluation {
 
   void directive(const Token& token);
   void end_section(const Token& token);
-  void skip_branch();
   /// Skips to the directive that ends the present branch, and returns it.
   std::string_view skip_to_branch_end();
   void leave_section();
@@ -187,6 +189,7 @@ class Evaluation {
   Vec3 vector();
   Colour grey_or_colour();
   Colour colour();
+  [[nodiscard]] bool begins_colour(const Token& token) const;
   Number colour_value();
   std::string string();
   Value value();

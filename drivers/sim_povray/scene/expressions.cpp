@@ -405,6 +405,10 @@ Colour Evaluation::colour() {
   return {value.v[0], value.v[1], value.v[2]};
 }
 
+bool Evaluation::begins_colour(const Token& token) const {
+  return token.kind == Kind::kWord && (is_colour_word(token.text) || find_as<Number>(token.text) != nullptr);
+}
+
 Colour Evaluation::grey_or_colour() {
   if (is_colour_word(peek().text)) return colour();
   return as_vector(sum());

@@ -26,15 +26,6 @@ bool changes_nothing(std::string_view word) {
   return word == "hollow" || word == "sturm" || word == "no_radiosity" || word == "radiosity";
 }
 
-void move_texture(Texture& texture, const Transform& transform) {
-  auto& steps = texture.pigment.steps;
-  if (!steps.empty() && std::holds_alternative<Transform>(steps.back())) {
-    steps.back() = std::get<Transform>(steps.back()).then(transform);
-  } else {
-    steps.emplace_back(transform);
-  }
-}
-
 /// Returns the size of an object without its parts: 1 is a shape of one colour, some 400 bytes.
 std::size_t own_size(const Object& object) {
   std::size_t size = 1;
@@ -62,7 +53,7 @@ std::size_t size_with_parts(const Object& object) {
 void move_object(Object& object, const Transform& transform) {
   if (object.texture != nullptr && object.texture->pigment.pattern != Pattern::kColour) {
     Texture texture = *object.texture;
-    move_texture(texture, transform);
+    move_pigment(texture.pigment, transform);
     object.texture = std::make_shared<const Texture>(std::move(texture));
   }
   for (Object& clip : object.clipped_by) move_object(clip, transform);

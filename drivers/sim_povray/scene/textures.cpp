@@ -32,7 +32,9 @@ constexpr std::size_t kMostSteps = 1000;
 
 constexpr std::string_view kNotInPigment = "is not supported in a pigment";
 
-void move(Pigment& pigment, const Transform& transform) {
+}  // namespace
+
+void move_pigment(Pigment& pigment, const Transform& transform) {
   if (!pigment.steps.empty()) {
     if (auto* last = std::get_if<Transform>(&pigment.steps.back())) {
       *last = last->then(transform);
@@ -41,8 +43,6 @@ void move(Pigment& pigment, const Transform& transform) {
   }
   pigment.steps.emplace_back(transform);
 }
-
-}  // namespace
 
 bool Evaluation::read_transformation(const Token& token, Placing& placing) {
   const auto add = [&](const Transform& transform) {
@@ -184,8 +184,7 @@ std::vector<PigmentEntry> Evaluation::read_list() {
     if (token.text == "pigment") {
       (void)next();
       entry.pigment = std::make_shared<const Pigment>(read_pigment());
-    } else if (token.text.starts_with("rgb") || token.text.starts_with("srgb") || token.text == "color" ||
-               token.text == "colour" || find_as<Number>(token.text) != nullptr) {
+    } else if (begins_colour(token)) {
       entry.colour = colour();
     } else {
       break;
@@ -244,7 +243,7 @@ bool Evaluation::read_pigment_part(const Token& token, Pigment& pigment) {
   };
   if (read_transformation(token, placing)) {
     if (placing.mover) unsupported(token, "gives a pigment the pose of a program");
-    move(pigment, placing.transform);
+    move_pigment(pigment, placing.transform);
   } else if (const auto* known = find_as<Pigment>(word)) {
     pigment = *known;
   } else if (word == "color_map" || word == "colour_map" || word == "pigment_map") {
@@ -291,9 +290,7 @@ void Evaluation::read_pigment_parts(Pigment& pigment) {
     }
     if (token.is(',')) continue;
     if (token.kind == Token::Kind::kWord && read_pigment_part(token, pigment)) continue;
-    const bool is_number = token.kind == Token::Kind::kWord && find_as<Number>(token.text) != nullptr;
-    if (token.text != "color" && token.text != "colour" && !token.text.starts_with("rgb") &&
-        !token.text.starts_with("srgb") && !is_number) {
+    if (!begins_colour(token)) {
       if (const auto* why = find_as<Unusable>(token.text)) throw EvaluationError{why->why};
       unsupported(token, kNotInPigment);
     }
@@ -356,7 +353,7 @@ Texture Evaluation::read_texture() {
     Placing placing;
     if (read_transformation(token, placing)) {
       if (placing.mover) unsupported(token, "gives a texture the pose of a program");
-      move(texture.pigment, placing.transform);
+      move_pigment(texture.pigment, placing.transform);
     } else if (const auto* known = find_as<Texture>(token.text)) {
       texture = *known;
     } else if (token.text == "pigment") {

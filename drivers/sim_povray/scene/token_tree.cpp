@@ -71,12 +71,7 @@ struct Branches {
 
 /// An open brace, parenthesis or bracket.
 struct Bracket {
-  char symbol = '{';
-  Place place{};
-  std::size_t token = kNowhere;  // its index, or that of the macro's name that opened it
-  std::string_view keyword{};
-  std::size_t begin = 0;               // offset of the keyword
-  bool declared = false;               // on the right of `=`
+  std::size_t token = kNowhere;        // its index, or that of the macro's name that opened it
   bool fresh = true;                   // nothing but comments inside so far
   bool certain = true;                 // no macro and no condition decides whether it is open
   std::size_t uncertain = 0;           // conditions, loops and macros around it
@@ -87,20 +82,15 @@ using Brackets = std::vector<Bracket>;
 /// An `#if ... #end` or a similar section, while it is open.
 struct Section {
   SectionKind kind = SectionKind::kIf;
-  std::string_view directive{};
-  Place place{};
+  Token directive{};
   std::size_t token = kNowhere;  // index of the directive, unless outer_dead
   bool outer_dead = false;
   bool in_branch = true;  // false between #switch and its first #case
   bool uneven = false;    // its brackets do not match within each branch
   Branches branches{};
   Brackets at_start{};
-  std::optional<Brackets> after_first{};  // the first branch that is not dead gives the open braces behind #end
-
-  // For a macro only:
-  std::string_view macro{};
-  std::size_t base = 0;    // number of braces open before it
-  std::size_t closes = 0;  // number of braces of its caller that it closes
+  std::optional<Brackets> after_first{};  // the first branch that is not dead gives the open brackets behind #end
+  std::size_t closes = 0;                 // number of braces of its caller that a macro closes
 };
 
 /// Numbers of braces that a call of a macro closes and then opens.
@@ -122,11 +112,12 @@ class Pairing {
     }
     // Sections are checked first, because an #if without #end explains the braces inside it, and not the reverse.
     if (!sections_.empty()) {
-      fault(sections_.back().place, fmt::format("this #{} has no #end", sections_.back().directive));
+      const Token& directive = sections_.back().directive;
+      fault(directive.place, fmt::format("this #{} has no #end", directive.text));
     }
     const auto open =
-        std::find_if(brackets_.rbegin(), brackets_.rend(), [](const Bracket& f) { return f.symbol == '{'; });
-    if (open != brackets_.rend()) fault(open->place, "this '{' is never closed");
+        std::find_if(brackets_.rbegin(), brackets_.rend(), [this](const Bracket& b) { return symbol(b) == '{'; });
+    if (open != brackets_.rend()) fault(tree_.tokens[open->token].place, "this '{' is never closed");
     if (!brackets_.empty()) tree_.leaks = true;
     std::ranges::sort(tree_.outline.blocks, {}, [](const NamedBlock& block) { return block.place.offset; });
     return std::move(tree_);
@@ -142,6 +133,15 @@ class Pairing {
     fault(place, std::move(message));
     brackets_.clear();
     sections_.clear();
+  }
+
+  [[nodiscard]] char symbol(const Bracket& bracket) const {
+    const Token& token = tree_.tokens[bracket.token];
+    return token.kind == Kind::kWord ? '{' : token.text.front();  // a macro opens braces
+  }
+  [[nodiscard]] std::string_view keyword(const Bracket& bracket) const {
+    const Token& token = tree_.tokens[bracket.token];
+    return token.kind == Kind::kWord ? token.text : tree_.keyword(bracket.token);
   }
 
   [[nodiscard]] bool dead() const {
@@ -177,13 +177,9 @@ class Pairing {
     }
     add(token);
     if (token.is('{') || token.is('(') || token.is('[')) {
-      open(index);
-    } else if (token.kind == Kind::kWord) {
-      if (index > 0 && tree_.is_directive(index - 1, "macro")) {
-        if (!sections_.empty()) sections_.back().macro = token.text;
-      } else {
-        call(token, index);
-      }
+      push({.token = index});
+    } else if (token.kind == Kind::kWord && !(index > 0 && tree_.is_directive(index - 1, "macro"))) {
+      call(token, index);
     }
   }
 
@@ -196,20 +192,10 @@ class Pairing {
 
   // ---- brackets
 
-  void open(std::size_t index) {
-    const Token& token = tree_.tokens[index];
-    Bracket bracket{.symbol = token.text.front(), .place = token.place, .token = index, .begin = token.place.offset};
-    if (token.is('{') && index > 0 && tree_.tokens[index - 1].kind == Kind::kWord) {
-      bracket.keyword = tree_.tokens[index - 1].text;
-      bracket.begin = tree_.tokens[index - 1].place.offset;
-      bracket.declared = index > 1 && tree_.is(index - 2, '=');
-    }
-    push(bracket);
-  }
-
   bool push(Bracket bracket) {
     if (brackets_.size() >= kMostBraces) {
-      too_deep(bracket.place, fmt::format("more than {} braces, parentheses or brackets are open here", kMostBraces));
+      too_deep(tree_.tokens[bracket.token].place,
+               fmt::format("more than {} braces, parentheses or brackets are open here", kMostBraces));
       return false;
     }
     bracket.uncertain = uncertain();
@@ -229,7 +215,7 @@ class Pairing {
   }
 
   void close_parenthesis(char opener, std::size_t index) {
-    if (!brackets_.empty() && brackets_.back().symbol == opener) {
+    if (!brackets_.empty() && symbol(brackets_.back()) == opener) {
       pair(brackets_.back(), index);
       brackets_.pop_back();
     } else if (brackets_.empty() || !is_inside(brackets_.back())) {
@@ -239,7 +225,7 @@ class Pairing {
 
   /// @param index of the closing brace; kNowhere: a macro closes it
   void close_brace(const Place& place, std::size_t index) {
-    while (!brackets_.empty() && brackets_.back().symbol != '{' && brackets_.size() > base()) brackets_.pop_back();
+    while (!brackets_.empty() && symbol(brackets_.back()) != '{' && brackets_.size() > base()) brackets_.pop_back();
     if (brackets_.size() <= base()) return close_brace_of_caller(place);
     const Bracket bracket = brackets_.back();
     brackets_.pop_back();
@@ -266,24 +252,27 @@ class Pairing {
   }
 
   void name(const Token& token) {
-    if (brackets_.empty() || brackets_.back().symbol != '{' || !brackets_.back().fresh) {
+    if (brackets_.empty() || symbol(brackets_.back()) != '{' || !brackets_.back().fresh) {
       tree_.outline.strays.push_back({std::string(token.text), token.place});
       return;
     }
     Bracket& bracket = brackets_.back();
     bracket.fresh = false;
     bracket.named = tree_.outline.blocks.size();
-    NamedBlock block{std::string(token.text), std::string(bracket.keyword), token.place, bracket.begin, 0, {}};
+    NamedBlock block{.name = std::string(token.text), .keyword = std::string(keyword(bracket)), .place = token.place};
+    const std::size_t begin = bracket.token - (block.keyword.empty() ? 0 : 1);
+    block.begin = tree_.tokens[begin].place.offset;
     if (uncertain() > 0) {
       block.obstacle = "it is " + innermost_uncertain();
     } else if (brackets_.size() > 1) {
       const Bracket& outer = brackets_[brackets_.size() - 2];
-      block.obstacle =
-          outer.symbol != '{'
-              ? fmt::format("it is inside the '{}' of line {}", outer.symbol, outer.place.line)
-              : fmt::format("it is inside the {} of line {}",
-                            outer.keyword.empty() ? "braces" : fmt::format("'{}'", outer.keyword), outer.place.line);
-    } else if (bracket.declared) {
+      const std::string_view word = keyword(outer);
+      block.obstacle = fmt::format("it is inside the {} of line {}",
+                                   symbol(outer) != '{' ? fmt::format("'{}'", symbol(outer))
+                                   : word.empty()       ? "braces"
+                                                        : fmt::format("'{}'", word),
+                                   tree_.tokens[outer.token].place.line);
+    } else if (!block.keyword.empty() && begin > 0 && tree_.is(begin - 1, '=')) {
       block.obstacle = "it is the value of a #declare or #local, not an object that stands in the scene";
     }
     tree_.outline.blocks.push_back(std::move(block));
@@ -296,9 +285,12 @@ class Pairing {
                                     [](const Section& s) { return s.kind == SectionKind::kMacro; });
     return found == sections_.rend() ? nullptr : &*found;
   }
+  [[nodiscard]] std::string_view macro_name(const Section& macro) const {
+    return macro.token + 1 < tree_.tokens.size() ? tree_.tokens[macro.token + 1].text : std::string_view();
+  }
   [[nodiscard]] std::size_t base() {
     const Section* macro = innermost_macro();
-    return macro == nullptr ? 0 : macro->base;
+    return macro == nullptr ? 0 : macro->at_start.size();
   }
 
   void call(const Token& token, std::size_t index) {
@@ -307,14 +299,7 @@ class Pairing {
     const MacroBraces braces = found->second;
     for (std::size_t i = 0; i < braces.closes; ++i) close_brace(token.place, kNowhere);
     for (std::size_t i = 0; i < braces.opens; ++i) {
-      if (!push({.place = token.place,
-                 .token = index,
-                 .keyword = token.text,
-                 .begin = token.place.offset,
-                 .fresh = false,
-                 .certain = false})) {
-        return;
-      }
+      if (!push({.token = index, .fresh = false, .certain = false})) return;
     }
   }
 
@@ -347,13 +332,11 @@ class Pairing {
                                                kMostSections));
     }
     Section section{.kind = kind,
-                    .directive = token.text,
-                    .place = token.place,
+                    .directive = token,
                     .token = outer_dead ? kNowhere : tree_.tokens.size() - 1,
                     .outer_dead = outer_dead,
                     .in_branch = kind != SectionKind::kSwitch,
-                    .at_start = brackets_,
-                    .base = kind == SectionKind::kMacro ? brackets_.size() : 0};
+                    .at_start = brackets_};
     section.branches.enter(token.text == "if" ? literal_condition(lexer_) : Truth::kUnknown);
     sections_.push_back(std::move(section));
   }
@@ -384,11 +367,12 @@ class Pairing {
     if (section.outer_dead) return;
     tree_.partner[section.token] = tree_.tokens.size();
     if (section.kind == SectionKind::kMacro) {
-      const auto opens =
-          std::size_t(std::count_if(brackets_.begin() + std::ptrdiff_t(std::min(section.base, brackets_.size())),
-                                    brackets_.end(), [](const Bracket& f) { return f.symbol == '{'; }));
-      macros_[section.macro] = {section.closes, opens};
-      if (section.uneven && !section.macro.empty()) tree_.leaky_macros.insert(section.macro);
+      const std::size_t base = std::min(section.at_start.size(), brackets_.size());
+      const auto opens = std::count_if(brackets_.begin() + std::ptrdiff_t(base), brackets_.end(),
+                                       [this](const Bracket& b) { return symbol(b) == '{'; });
+      const std::string_view name = macro_name(section);
+      macros_[name] = {section.closes, std::size_t(opens)};
+      if (section.uneven && !name.empty()) tree_.leaky_macros.insert(name);
       brackets_ = section.at_start;
       return;
     }
@@ -404,15 +388,16 @@ class Pairing {
     const auto found =
         std::find_if(sections_.rbegin(), sections_.rend(), [](const Section& s) { return s.branches.uncertain; });
     if (found == sections_.rend()) return "outside the condition that it was opened under";
-    const int line = found->place.line;
+    const auto& [kind, text, place] = found->directive;
+    const int line = place.line;
     switch (found->kind) {
       case SectionKind::kIf:
       case SectionKind::kSwitch:
-        return fmt::format("under a condition that needs evaluating (#{} in line {})", found->directive, line);
+        return fmt::format("under a condition that needs evaluating (#{} in line {})", text, line);
       case SectionKind::kLoop:
-        return fmt::format("in a loop (#{} in line {})", found->directive, line);
+        return fmt::format("in a loop (#{} in line {})", text, line);
       case SectionKind::kMacro:
-        return fmt::format("in a macro (#macro {} in line {})", found->macro, line);
+        return fmt::format("in a macro (#macro {} in line {})", macro_name(*found), line);
     }
     return "";
   }

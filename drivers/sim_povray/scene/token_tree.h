@@ -20,11 +20,11 @@ constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 /// A block `KEYWORD { //*PMName NAME ... }` that POV-Ray sees, or may see.
 struct NamedBlock {
   std::string name;
-  std::string keyword;    ///< the word before the brace, empty if there is none
-  Place place;            ///< position of the name comment
-  std::size_t begin = 0;  ///< offset of the keyword's first letter
-  std::size_t close = 0;  ///< offset of the closing brace
-  std::string obstacle;   ///< why a program cannot move it; empty if it can
+  std::string keyword;     ///< the word before the brace, empty if there is none
+  Place place;             ///< position of the name comment
+  std::size_t begin = 0;   ///< offset of the keyword's first letter
+  std::size_t close = 0;   ///< offset of the closing brace
+  std::string obstacle{};  ///< why a program cannot move it; empty if it can
 };
 
 struct SceneOutline {
