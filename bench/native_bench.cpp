@@ -21,8 +21,8 @@
 #include "apps/config/to_layers.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/native/native_view.h"
-#include "drivers/sim_povray/render/povray/scene_access.h"
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
+#include "drivers/sim_povray/render/povray/scene_access.h"
 #include "tests/support/value.h"
 
 namespace twocone::bench {
