@@ -19,6 +19,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/config/to_layers.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/native/native_view.h"
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
