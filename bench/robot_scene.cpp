@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "apps/config/to_layers.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
 #include "drivers/sim_povray/world/motion.h"
