@@ -18,11 +18,11 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "apps/config/to_layers.h"
-#include "drivers/sim_povray/effects/scene_calls.h"
-#include "drivers/sim_povray/render/mirror_finder.h"
+#include "apps/config/robot_file.h"
+#include "bench/robot_scene.h"
 #include "drivers/sim_povray/render/native/native_view.h"
 #include "drivers/sim_povray/render/povray/pool_renderer.h"
+#include "drivers/sim_povray/world/motion.h"
 #include "tests/support/value.h"
 
 namespace twocone::bench {
@@ -34,10 +34,10 @@ using twocone::testing_support::value;
 struct Options {
   std::vector<std::string> robots;
   int poses = 100;
-  int antialias = 1;
+  bool anywhere = false;
+  ImageSize size{};
   int timed_frames = 10;
   int repeats = 5;
-  int width_px = 640, height_px = 480;
   int processes = 8;
   std::string json;
 };
@@ -55,116 +55,18 @@ double median(std::vector<double> values) {
   return values.empty() ? 0 : values[values.size() / 2];
 }
 
-struct View {
-  std::shared_ptr<const ViewTemplate> view_template;
-  std::shared_ptr<const NativeView> native;
-};
-
-constexpr double kBody_m = 0.3;
-
-bool is_near(const Solid& solid, const Pose2& pose) {
-  if (const auto* disc = std::get_if<Disc>(&solid.shape)) {
-    return std::hypot(pose.x_m - disc->centre.x_m, pose.y_m - disc->centre.y_m) < disc->radius_m + kBody_m;
-  }
-  // Its bounds are enough: obstacles are small.
-  FloorPoint low{1e9, 1e9}, high{-1e9, -1e9};
-  for (const FloorPoint& corner : std::get<Outline>(solid.shape)) {
-    low = {std::min(low.x_m, corner.x_m), std::min(low.y_m, corner.y_m)};
-    high = {std::max(high.x_m, corner.x_m), std::max(high.y_m, corner.y_m)};
-  }
-  return pose.x_m > low.x_m - kBody_m && pose.x_m < high.x_m + kBody_m && pose.y_m > low.y_m - kBody_m &&
-         pose.y_m < high.y_m + kBody_m;
-}
-
-/// A robot in its scene: poses, and views as a run has them.
-class Stage {
- public:
-  Stage(const config::Robot& robot, const Options& options)
-      : map_(config::read_map(robot.map)), place_(config::to_place(map_)), scene_(value(Scene::read(place_.scene))) {
-    const NamedBlock carrier = value(scene_.robot(robot.name));
-    for (const std::string& name : scene_.names()) {
-      if (name != "robot" && !name.starts_with("robot.") && !name.starts_with("moving.")) continue;
-      if (name == carrier.name) carrier_ = movers_.size();
-      movers_.push_back(value(scene_.object(name)));
-    }
-    start_ = config::to_start_pose(robot);
-    povray_ = std::make_unique<Povray>(value(confined_povray(place_, scene_)));
-    for (const char* const camera : {"lower", "upper"}) views_.push_back(view(carrier, camera, options));
-  }
-
-  [[nodiscard]] const std::vector<View>& views() const { return views_; }
-  [[nodiscard]] const Povray& povray() const { return *povray_; }
-  [[nodiscard]] std::string obstacle() const { return obstacle_; }
-
-  /// Returns a pose between the walls where the robot stands in no obstacle. Inside of one, where faces lie on each
-  /// other, the two programs choose differently.
-  template <class Random>
-  std::string pose(Random& random) const {
-    const auto between = [&random](double low, double high) {
-      return std::uniform_real_distribution<double>(low, high)(random);
-    };
-    const Bounds& b = map_.bounds;
-    Pose2 there;
-    do {
-      there = {between(b.min_x_m + kBody_m, b.max_x_m - kBody_m), between(b.min_y_m + kBody_m, b.max_y_m - kBody_m),
-               between(-M_PI, M_PI)};
-    } while (std::ranges::any_of(place_.solids, [&](const Solid& solid) { return is_near(solid, there); }));
-    return text(motion_between(start_, there));
-  }
-  /// Returns a pose on the circle of 0.6 m diameter through the robot's start, where nothing stands.
-  [[nodiscard]] std::string pose_of_drive(int frame) const {
-    const double a = 0.021 * frame;
-    return text(motion_between({0, 0, 0}, {0.3 * std::sin(a), 0.3 - 0.3 * std::cos(a), std::remainder(a, 2 * M_PI)}));
-  }
-
- private:
-  [[nodiscard]] std::string text(const FloorMotion& motion) const {
-    std::vector<FloorMotion> motions(movers_.size());
-    motions[carrier_] = motion;
-    return scene_.pose_text(motions, motion, map_.unit_m);
-  }
-
-  View view(const NamedBlock& carrier, const std::string& name, const Options& options) {
-    const NamedBlock camera = value(scene_.camera_of(carrier, name));
-    const auto sight = value(find_mirror(*povray_, scene_, carrier, camera, options.width_px, options.height_px, -1));
-    ViewTemplate view_template = scene_.view_template(movers_, camera, sight ? sight->mask : "");
-    if (sight) view_template.window = sight->window;
-    view_template.carrier = int(carrier_);
-    view_template.width_px = options.width_px;
-    view_template.height_px = options.height_px;
-    view_template.antialias = options.antialias;
-    view_template.quality = kPlainQuality;
-    SceneAccess access(place_.scene, place_.scene_paths);
-    auto native = NativeView::make(view_template, scene_.path(), include_reader(access));
-    if (!native) obstacle_ = native.error().message;
-    return {std::make_shared<const ViewTemplate>(view_template), native ? *native : nullptr};
-  }
-
-  config::Map map_;
-  PlaceSettings place_;
-  Scene scene_;
-  std::vector<NamedBlock> movers_;
-  std::size_t carrier_ = 0;
-  Pose2 start_{};
-  std::unique_ptr<Povray> povray_;
-  std::vector<View> views_;
-  std::string obstacle_;
-};
-
-Image rendered(const NativeView& view, const std::string& pose) {
-  const auto poses = parse_poses(pose);
-  Image image{view.width_px(), view.height_px(), PixelFormat::kRgb8,
-              Bytes(std::vector<std::uint8_t>(3 * std::size_t(view.width_px()) * std::size_t(view.height_px())))};
-  const NativeView::Moment moment = view.at(*poses);
-  for (int band = 0; band < view.bands(); ++band) view.render(moment, band, image);
-  return image;
+/// Returns a pose on the circle of 0.6 m diameter through the robot's start, where nothing stands.
+std::string pose_of_drive(const RobotScene& stage, int frame) {
+  const double a = 0.021 * frame;
+  return stage.text_of(
+      motion_between({0, 0, 0}, {0.3 * std::sin(a), 0.3 - 0.3 * std::cos(a), std::remainder(a, 2 * M_PI)}));
 }
 
 /// Returns the wall time of a stereo frame whose bands are shared among this number of threads, in seconds.
-double wall_s(const Stage& stage, int threads) {
-  const auto poses = parse_poses(stage.pose_of_drive(0));
+double wall_s(const RobotScene& stage, int threads) {
+  const auto poses = parse_poses(pose_of_drive(stage, 0));
   const auto begin = std::chrono::steady_clock::now();
-  for (const View& view : stage.views()) {
+  for (const RobotView& view : stage.views()) {
     const int width = view.native->width_px(), height = view.native->height_px();
     Image image{width, height, PixelFormat::kRgb8, Bytes(std::vector<std::uint8_t>(3 * std::size_t(width * height)))};
     const NativeView::Moment moment = view.native->at(*poses);
@@ -179,7 +81,7 @@ double wall_s(const Stage& stage, int threads) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-std::future<ImageResult> ordered(Renderer& renderer, const View& view, const std::string& pose) {
+std::future<ImageResult> ordered(Renderer& renderer, const RobotView& view, const std::string& pose) {
   auto promise = std::make_shared<std::promise<ImageResult>>();
   auto image = promise->get_future();
   renderer.submit({"frame", view.view_template, pose},
@@ -198,7 +100,7 @@ std::size_t different(const Image& a, const Image& b) {
 }
 
 nlohmann::json measure(const std::string& robot_file, const Options& options) {
-  const Stage stage(config::read_robot(robot_file), options);
+  const RobotScene stage(config::read_robot(robot_file), options.size);
   nlohmann::json result{{"robot", robot_file}};
   if (!stage.obstacle().empty()) {
     result["falls_back"] = stage.obstacle();
@@ -207,17 +109,19 @@ nlohmann::json measure(const std::string& robot_file, const Options& options) {
   std::mt19937_64 random(7);
   std::vector<std::string> poses;
   poses.reserve(std::size_t(options.poses));
-  for (int i = 0; i < options.poses; ++i) poses.push_back(stage.pose(random));
+  for (int i = 0; i < options.poses; ++i) {
+    poses.push_back(stage.text_of(options.anywhere ? stage.pose_anywhere(random) : stage.free_pose(random)));
+  }
   std::vector<double> shares;
   std::vector<double> native_s, povray_s;
   {
     PoolRenderer pool(stage.povray(), {.processes = options.processes});
     std::vector<std::future<ImageResult>> expected;
     for (const std::string& pose : poses) {
-      for (const View& view : stage.views()) expected.push_back(ordered(pool, view, pose));
+      for (const RobotView& view : stage.views()) expected.push_back(ordered(pool, view, pose));
     }
     for (std::size_t i = 0; i < expected.size(); ++i) {
-      const View& view = stage.views()[i % 2];
+      const RobotView& view = stage.views()[i % 2];
       const auto image = value(expected[i].get());
       const std::size_t mirror = std::max<std::size_t>(1, view.native->mirror_pixels());
       shares.push_back(double(different(rendered(*view.native, poses[i / 2]), *image)) / double(mirror));
@@ -231,7 +135,7 @@ nlohmann::json measure(const std::string& robot_file, const Options& options) {
       PoolRenderer pool(stage.povray(), {.processes = 2});
       std::vector<std::future<ImageResult>> images;
       for (int i = 0; i < frames; ++i) {
-        for (const View& view : stage.views()) images.push_back(ordered(pool, view, stage.pose_of_drive(i)));
+        for (const RobotView& view : stage.views()) images.push_back(ordered(pool, view, pose_of_drive(stage, i)));
       }
       for (auto& image : images) (void)value(image.get());
     }
@@ -240,7 +144,7 @@ nlohmann::json measure(const std::string& robot_file, const Options& options) {
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
     const double before = seconds_of(RUSAGE_SELF);
     for (int i = 0; i < options.timed_frames; ++i) {
-      for (const View& view : stage.views()) (void)rendered(*view.native, stage.pose_of_drive(i));
+      for (const RobotView& view : stage.views()) (void)rendered(*view.native, pose_of_drive(stage, i));
     }
     native_s.push_back((seconds_of(RUSAGE_SELF) - before) / options.timed_frames);
     povray_s.push_back((pool_s(options.timed_frames + 1) - pool_s(1)) / options.timed_frames);
@@ -291,15 +195,16 @@ int main(int argc, char** argv) {
   app.add_option("--poses", options.poses, "random poses that are compared by pixel")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--antialias", options.antialias, "rays per pixel side")->capture_default_str();
+  app.add_flag("--anywhere", options.anywhere, "poses also inside of furniture");
+  app.add_option("--antialias", options.size.antialias, "rays per pixel side")->capture_default_str();
   app.add_option("--frames", options.timed_frames, "stereo frames of a timed repeat")->capture_default_str();
   app.add_option("--repeats", options.repeats)->capture_default_str();
-  app.add_option("--width", options.width_px)->capture_default_str();
-  app.add_option("--height", options.height_px)->capture_default_str();
+  app.add_option("--width", options.size.width_px)->capture_default_str();
+  app.add_option("--height", options.size.height_px)->capture_default_str();
   app.add_option("--json", options.json, "file for the numbers");
   CLI11_PARSE(app, argc, argv);
   fmt::print("{}x{}, {} x {} rays per pixel; pixels off by more than a level, and processor time of a stereo frame\n\n",
-             options.width_px, options.height_px, options.antialias, options.antialias);
+             options.size.width_px, options.size.height_px, options.size.antialias, options.size.antialias);
   fmt::print("{:<36}{:>10}{:>11}{:>7}{:>10}{:>10}{:>10}\n", "robot", "mean", "worst", "> 0.1%", "native ms", "POV ms",
              "ratio");
   nlohmann::json results = nlohmann::json::array();

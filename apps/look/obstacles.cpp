@@ -97,7 +97,7 @@ void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& sc
     const FloorPoint p = grid.centre(i);
     if (arena.clearance_m({p.x_m, p.y_m}) <= kCover_m) continue;
     uncovered.data[i] = 255;
-    look.uncovered.push_back({p, kCell_m});
+    look.uncovered.push_back(p);
   }
   cv::Mat1i labels;
   const int count = cv::connectedComponents(uncovered, labels);
@@ -146,12 +146,10 @@ void check_start(const Subject& subject, Look& look) {
   const Eigen::Vector2d p(start.x_m, start.y_m);
   const auto add = [&](double clear_m, const std::string& what) {
     if (clear_m >= subject.robot.body_radius_m) return;
-    const auto key = subject.places.find("start");
     look.findings.push_back(
         {Disagreement::kStartTouches,
-         fmt::format("{}: start ({:.3f}, {:.3f}) is {}, but body.radius_m is {}",
-                     key != subject.places.end() ? key->second : subject.robot.file.string(), start.x_m, start.y_m,
-                     clear_m < 0 ? "in " + what : fmt::format("{:.3f} m from {}", clear_m, what),
+         fmt::format("{}: start ({:.3f}, {:.3f}) is {}, but body.radius_m is {}", subject.place_of_start(), start.x_m,
+                     start.y_m, clear_m < 0 ? "in " + what : fmt::format("{:.3f} m from {}", clear_m, what),
                      subject.robot.body_radius_m),
          {start.x_m, start.y_m},
          {}});

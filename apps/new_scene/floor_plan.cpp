@@ -31,7 +31,8 @@ std::vector<cv::Point> hull_of(const cv::Mat1b& cells) {
 
 }  // namespace
 
-FloorPlan::FloorPlan(const SceneGeometry& geometry, const FloorPoint& centre, const std::vector<int>& landmarks)
+FloorPlan::FloorPlan(const SceneGeometry& geometry, const FloorPoint& centre,
+                     const std::vector<FoundLandmark>& landmarks)
     : grid_{{centre.x_m - kCells * kCell_m / 2, centre.y_m - kCells * kCell_m / 2}, kCell_m, kCells, kCells},
       floorless_(kCells, kCells, uchar{0}),
       occupied_(kCells, kCells, uchar{0}) {
@@ -51,7 +52,7 @@ FloorPlan::FloorPlan(const SceneGeometry& geometry, const FloorPoint& centre, co
     if (!geometry.objects()[std::size_t(object)].is_still) continue;
     std::vector<std::uint8_t> bytes = geometry.cells_of(object, grid_, kLow_m, StandardRobot::kHeight_m, air);
     const cv::Mat1b cells(kCells, kCells, bytes.data());
-    if (std::ranges::find(landmarks, object) != landmarks.end()) {
+    if (std::ranges::find(landmarks, object, &FoundLandmark::object) != landmarks.end()) {
       occupied_ |= cells;
     } else if (const int count = cv::countNonZero(cells); count > 0) {
       all.push_back({object, cells.clone(), count});
@@ -157,7 +158,8 @@ std::vector<FoundObstacle> FloorPlan::obstacles_in(const Bounds& bounds) const {
            are_all([&](const FloorPoint& p) { return p.y_m >= bounds.max_y_m; });
   });
   // The floor's edges: cells without floor that no object covers.
-  std::ranges::move(rectangles_of(within(cv::Mat1b(floorless_ & (occupied_ == 0))), "no floor"), std::back_inserter(result));
+  std::ranges::move(rectangles_of(within(cv::Mat1b(floorless_ & (occupied_ == 0))), "no floor"),
+                    std::back_inserter(result));
   // A robot's way is checked against each of them.
   constexpr std::size_t kMost = 200;
   if (result.size() <= kMost) return result;

@@ -106,9 +106,8 @@ std::vector<Hue> free_hues(const SceneGeometry& geometry, const std::vector<Foun
 }  // namespace
 
 std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const FloorPoint& centre,
-                                           std::vector<int>& objects, std::vector<std::string>& warnings) {
+                                           std::vector<std::string>& warnings) {
   std::vector<FoundLandmark> found;
-  std::vector<int> of_found;
   constexpr double kHalf_m = FloorPlan::kCell_m * FloorPlan::kCells / 2;
   for (const sim_povray::SceneCylinder& cylinder : geometry.upright_cylinders()) {
     if (!cylinder.colour) continue;
@@ -128,28 +127,22 @@ std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const 
     }
     // A thing that stands on it hides the edge of its top.
     if (geometry.cast({landmark.x_m, landmark.y_m, landmark.top_m + 0.001}, {0, 0, 1}, 0.05)) continue;
-    found.push_back({landmark, geometry.objects()[std::size_t(cylinder.object)].place()});
-    of_found.push_back(cylinder.object);
+    found.push_back({landmark, geometry.objects()[std::size_t(cylinder.object)].place(), cylinder.object});
   }
   std::vector<FoundLandmark> result;
-  for (std::size_t i = 0; i < found.size(); ++i) {
+  for (FoundLandmark one : found) {
     const auto has_its_hue = [&](const FoundLandmark& other) {
-      return vision::hue_distance_rad(found[i].landmark.colour, other.landmark.colour) <
-             vision::HueLabels::kHueWindow_rad;
+      return vision::hue_distance_rad(one.landmark.colour, other.landmark.colour) < vision::HueLabels::kHueWindow_rad;
     };
+    std::string& name = one.landmark.name;
     if (std::ranges::count_if(found, has_its_hue) > 1) {  // one is itself
-      warnings.push_back(fmt::format("{}: no landmark, because another cylinder has its hue, {}", found[i].place,
-                                     found[i].landmark.name));
+      warnings.push_back(fmt::format("{}: no landmark, because another cylinder has its hue, {}", one.place, name));
       continue;
     }
-    int number = 1;
-    const std::string name = found[i].landmark.name;
-    while (std::ranges::any_of(result,
-                               [&](const FoundLandmark& r) { return r.landmark.name == found[i].landmark.name; })) {
-      found[i].landmark.name = fmt::format("{} {}", name, ++number);
-    }
-    result.push_back(found[i]);
-    objects.push_back(of_found[i]);
+    // Names are 30 degrees of hue apart, landmarks more than 20: at most two have one name.
+    if (std::ranges::any_of(result, [&](const FoundLandmark& other) { return other.landmark.name == name; }))
+      name += " 2";
+    result.push_back(one);
   }
   return result;
 }
@@ -202,7 +195,7 @@ std::vector<FoundLandmark> added_landmarks(const SceneGeometry& geometry, const 
       }
       return false;
     };
-    if (place()) added.push_back({landmark, ""});
+    if (place()) added.push_back({landmark});
   }
   return added;
 }

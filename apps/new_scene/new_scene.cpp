@@ -59,28 +59,20 @@ void add_to(Bounds& bounds, const Landmark& landmark) {
 }  // namespace
 
 Room find_room(const RoomSettings& settings) {
-  sim_povray::Leniency leniency;
+  Room room;
   const auto read =
-      SceneGeometry::read({.scene = settings.scene, .scene_paths = settings.scene_paths, .unit_m = 1}, &leniency);
+      SceneGeometry::read({.scene = settings.scene, .scene_paths = settings.scene_paths, .unit_m = 1}, &room.leniency);
   if (!read) throw NoPlace("{}", read.error().message);
   if (std::ranges::none_of(read->objects(), &sim_povray::SceneObject::is_still)) {
     throw NoPlace("{}: no shape of it was understood", settings.scene.string());
   }
-
-  Room room;
   room.scene = std::filesystem::absolute(settings.scene).lexically_normal();
-  room.left_out = std::move(leniency.left_out);
-  room.bounded = std::move(leniency.bounded);
-  const Floor floor = find_floor(*read, settings);
-  room.unit_m = floor.unit_m;
-  room.why_unit = floor.why_unit;
-  room.floor = floor.units;
-  room.floor_place = floor.place;
+  room.floor = find_floor(*read, settings);
+  const Floor& floor = room.floor;
   const SceneGeometry geometry = read->in_frame(floor.unit_m, floor.units);
 
-  std::vector<int> objects;
-  room.landmarks = scene_landmarks(geometry, floor.centre, objects, room.warnings);
-  const FloorPlan plan(geometry, floor.centre, objects);
+  room.landmarks = scene_landmarks(geometry, floor.centre, room.warnings);
+  const FloorPlan plan(geometry, floor.centre, room.landmarks);
   const auto places = starts(plan, geometry, floor.centre, room.landmarks);
   if (places.empty()) {
     throw NoPlace("{}: the floor at y = {:.6g} has no room for a robot of {} m radius (1 unit is taken as {:.4g} m)",

@@ -9,6 +9,7 @@
 #include "apps/config/map_file.h"
 #include "base/errors.h"
 #include "base/plane.h"
+#include "drivers/sim_povray/scene_geometry.h"
 
 /// From somebody's scene to a robot in it: wrapper, map and robot file.
 namespace twocone::new_scene {
@@ -28,7 +29,8 @@ struct StandardRobot {
 
 struct FoundLandmark {
   Landmark landmark;
-  std::string place;  ///< FILE:LINE in the scene; empty: it is added
+  std::string place{};  ///< FILE:LINE in the scene; empty: it is added
+  int object = -1;      ///< in the scene; -1: it is added
 };
 
 struct FoundObstacle {
@@ -36,21 +38,25 @@ struct FoundObstacle {
   std::string what;  ///< "box, FILE:LINE"
 };
 
-/// What a scene offers a robot. World frame, metres: the floor is at z = 0, and world (x, y, z) is
-/// POV-Ray <x, floor + z, y> * unit.
-struct Room {
-  std::filesystem::path scene;  ///< absolute
+/// Where the floor is and how large the scene is meant.
+struct Floor {
+  double units = 0;   ///< its y in POV-Ray units
+  std::string place;  ///< "plane, FILE:LINE"
   double unit_m = 0;
   std::string why_unit;
-  double floor = 0;  ///< its y in POV-Ray units
-  std::string floor_place;
+  FloorPoint centre;  ///< of the part that the scene's camera shows
+};
+
+/// What a scene offers a robot. World frame, metres: the floor is at z = 0.
+struct Room {
+  std::filesystem::path scene;  ///< absolute
+  Floor floor;
   double open_m2 = 0;  ///< where the robot's axis can be, connected with the start
   Bounds bounds;
   std::vector<FoundLandmark> landmarks;
   std::vector<FoundObstacle> obstacles;
   Pose2 start;
-  std::vector<std::string> left_out;  ///< statements that were not understood: `FILE:LINE: why`
-  std::vector<std::string> bounded;   ///< shapes in place of which a simple one around them was taken
+  sim_povray::Leniency leniency;
   std::vector<std::string> warnings;
 };
 

@@ -20,14 +20,6 @@ using sim_povray::Vec3;
 /// A robot finds its place by three landmarks; with two there are two places.
 constexpr std::size_t kFewestLandmarks = 3;
 
-/// Where the floor is and how large the scene is meant.
-struct Floor {
-  double units = 0;   ///< its y in POV-Ray units
-  std::string place;  ///< "plane, FILE:LINE"
-  double unit_m = 0;
-  std::string why_unit;
-  FloorPoint centre;  ///< of the part that the scene's camera shows
-};
 /// Finds the horizontal surface that fills most of the image of the scene's own camera. Without a camera that is
 /// understood, it is the one that is seen most from above. @param geometry in POV-Ray units @throws NoPlace
 Floor find_floor(const SceneGeometry& geometry, const RoomSettings& settings);
@@ -40,8 +32,8 @@ class FloorPlan {
   /// What is lower is driven over: carpets, tiles, the discs under landmarks.
   static constexpr double kLow_m = 0.02;
 
-  /// @param landmarks objects that are not free, but no obstacles of the map either
-  FloorPlan(const SceneGeometry& geometry, const FloorPoint& centre, const std::vector<int>& landmarks);
+  /// @param landmarks of the scene; they are not free, but no obstacles of the map either
+  FloorPlan(const SceneGeometry& geometry, const FloorPoint& centre, const std::vector<FoundLandmark>& landmarks);
 
   [[nodiscard]] const sim_povray::FloorGrid& grid() const { return grid_; }
   /// Distance from the middle of the cell at a point to the nearest cell that is not free; 0 outside of the grid.
@@ -68,9 +60,9 @@ class FloorPlan {
   std::vector<FoundObstacle> obstacles_;  // of objects
 };
 
-/// Returns the scene's cylinders that vision can use, on the floor and within the grid. @param objects their objects
+/// Returns the scene's cylinders that vision can use, on the floor and within the grid.
 std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const FloorPoint& centre,
-                                           std::vector<int>& objects, std::vector<std::string>& warnings);
+                                           std::vector<std::string>& warnings);
 /// Returns whether the robot at `from` sees the landmark's top in both mirrors.
 bool sees(const SceneGeometry& geometry, const FloorPoint& from, const Landmark& landmark);
 /// Returns landmarks to be added around the start, in hues that are not among the scene's; as many as have room.

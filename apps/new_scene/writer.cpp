@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
+#include <cctype>
+#include <iterator>
 
 #include <fmt/format.h>
 
 #include "apps/new_scene/new_scene.h"
+#include "apps/runlog/storage/disk.h"
 #include "drivers/sim_povray/scene_geometry.h"
 
 namespace twocone::new_scene {
@@ -35,21 +37,17 @@ constexpr const char* kRobot = R"(
 }
 )";
 
-class File {
+/// The text of a file.
+class Text {
  public:
-  explicit File(const std::filesystem::path& path) : path_(path), stream_(path, std::ios::binary) {}
   template <typename... Values>
-  void print(fmt::format_string<Values...> text, Values&&... values) {
-    stream_ << fmt::format(text, std::forward<Values>(values)...);
+  void print(fmt::format_string<Values...> format, Values&&... values) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Values>(values)...);
   }
-  void close() {
-    stream_.close();
-    if (!stream_) throw base::FormattedError("cannot write {}", path_.string());
-  }
+  [[nodiscard]] const std::string& str() const { return text_; }
 
  private:
-  std::filesystem::path path_;
-  std::ofstream stream_;
+  std::string text_;
 };
 
 std::string origin_of(const FoundLandmark& found) { return found.place.empty() ? "added" : found.place; }
@@ -57,10 +55,10 @@ std::string origin_of(const FoundLandmark& found) { return found.place.empty() ?
 void write_wrapper(const Room& room, const std::filesystem::path& path) {
   const auto copy = sim_povray::text_without_robot(room.scene);
   if (!copy) throw NoPlace("{}", copy.error().message);
-  File file(path);
+  Text file;
   if (copy->empty()) {
     file.print("// {}: a robot in a scene, by `twocone new`.\n// SCALE  1 POV-Ray unit = {} m\n",
-               path.filename().string(), room.unit_m);
+               path.filename().string(), room.floor.unit_m);
     file.print("// The scene is unchanged; its own camera is not used, because others follow.\n\n");
     file.print("#include \"{}\"\n", room.scene.string());
   } else {
@@ -68,9 +66,9 @@ void write_wrapper(const Room& room, const std::filesystem::path& path) {
     file.print("{}\n// ---- above: a copy of {} without its robot\n", *copy, room.scene.string());
   }
   file.print("{}", kRobot);
-  const double per_m = 1 / room.unit_m;
+  const double per_m = 1 / room.floor.unit_m;
   const std::string placed = fmt::format("scale {:.12g} translate <{:.12g}, {:.12g}, {:.12g}>", per_m,
-                                         room.start.x_m * per_m, room.floor, room.start.y_m * per_m);
+                                         room.start.x_m * per_m, room.floor.units, room.start.y_m * per_m);
   file.print("\nunion {{\n  //*PMName robot\n  object {{ New_Robot }}\n  {}\n}}\n", placed);
   for (const FoundLandmark& found : room.landmarks) {
     if (!found.place.empty()) continue;
@@ -81,8 +79,8 @@ void write_wrapper(const Room& room, const std::filesystem::path& path) {
         "  texture {{ pigment {{ color rgb <{5}, {6}, {7}> }} finish {{ ambient 0 diffuse 0 emission 0.8 reflection 0 "
         "}} }}\n"
         "  no_shadow\n}}\n",
-        l.x_m * per_m, room.floor, l.y_m * per_m, room.floor + l.top_m * per_m, l.radius_m * per_m, l.colour[0],
-        l.colour[1], l.colour[2], l.name);
+        l.x_m * per_m, room.floor.units, l.y_m * per_m, room.floor.units + l.top_m * per_m, l.radius_m * per_m,
+        l.colour[0], l.colour[1], l.colour[2], l.name);
   }
   for (const auto& [name, lens_m] : {std::pair{"lower", 0.25}, {"upper", 0.55}}) {
     file.print(
@@ -90,18 +88,18 @@ void write_wrapper(const Room& room, const std::filesystem::path& path) {
         "  {}\n}}\n",
         name, lens_m, placed);
   }
-  file.close();
+  runlog::write_whole(path, file.str());
 }
 
 void write_map(const Room& room, const RoomSettings& settings, const NewFiles& files) {
-  File file(files.map);
+  Text file;
   file.print("# Map of {}, by `twocone new`. The floor is {}, at y = {} POV-Ray units.\n",
-             files.wrapper.filename().string(), room.floor_place, room.floor);
+             files.wrapper.filename().string(), room.floor.place, room.floor.units);
   file.print("scene: {}\nscene_paths: [\"{}\"", files.wrapper.filename().string(), room.scene.parent_path().string());
   for (const auto& folder : settings.scene_paths) {
     file.print(", \"{}\"", std::filesystem::absolute(folder).lexically_normal().string());
   }
-  file.print("]\n# {}\nunit_m: {:.12g}\n", room.why_unit, room.unit_m);
+  file.print("]\n# {}\nunit_m: {:.12g}\n", room.floor.why_unit, room.floor.unit_m);
   file.print("bounds_m: {{x: [{:.3f}, {:.3f}], y: [{:.3f}, {:.3f}]}}\nlandmarks:\n", room.bounds.min_x_m,
              room.bounds.max_x_m, room.bounds.min_y_m, room.bounds.max_y_m);
   for (const FoundLandmark& found : room.landmarks) {
@@ -119,11 +117,11 @@ void write_map(const Room& room, const RoomSettings& settings, const NewFiles& f
     }
     file.print("  - {{polygon_m: [{}]}}  # {}\n", corners, found.what);
   }
-  file.close();
+  runlog::write_whole(files.map, file.str());
 }
 
 void write_robot(const Room& room, const NewFiles& files) {
-  File file(files.robot);
+  Text file;
   const std::string name = files.robot.stem().string();
   file.print(
       "# The robot in {}, by `twocone new`. The lab's robot file explains the keys.\n#\n"
@@ -147,7 +145,7 @@ rig:
   upper: {{centre_px: [319.5, 239.5], rim_radius_px: 236.0, azimuth_rad: 0.0}}
 )",
              StandardRobot::kRadius_m);
-  file.close();
+  runlog::write_whole(files.robot, file.str());
 }
 
 }  // namespace
@@ -156,15 +154,13 @@ NewFiles files_for(const std::filesystem::path& scene, const std::filesystem::pa
   std::string name = scene.stem().string();
   // A robot's name must be fit for a folder, and a map's file is named after the scene.
   for (char& letter : name) {
-    const bool is_fit = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
-                        (letter >= '0' && letter <= '9') || letter == '_' || letter == '-';
-    if (!is_fit) letter = '_';
+    if (std::isalnum(static_cast<unsigned char>(letter)) == 0 && letter != '-') letter = '_';
   }
   return {folder / (name + ".pov"), folder / (name + ".map.yaml"), folder / (name + ".yaml")};
 }
 
 void write_files(const Room& room, const RoomSettings& settings, const NewFiles& files) {
-  std::filesystem::create_directories(files.wrapper.parent_path());
+  runlog::make_folder(files.wrapper.parent_path());
   write_wrapper(room, files.wrapper);
   write_map(room, settings, files);
   write_robot(room, files);

@@ -48,7 +48,8 @@ struct RunInfo {
   std::string method;     ///< the method at the time of the run
   std::uint64_t seed = 0;
   int frames_wanted = 0;
-  bool truth = false;  ///< RunOptions::truth
+  bool truth = false;      ///< RunOptions::truth
+  bool real_time = false;  ///< RunOptions::real_time
   /// What rendered the images: "native", "native unchecked" (it was not compared with POV-Ray) or "povray". Empty: on
   /// hardware, in a served world, and before the first image.
   std::string renderer{};

@@ -168,8 +168,9 @@ class Loop {
                    [this](const std::string& event) { record_.note(event); });
     for (int i = 0; i < options_.frames; ++i) {
       const auto number = std::uint64_t(i);
-      // The first frame's images take longer: the mirrors are found, and the renderers compared.
-      if (options_.real_time && i > 0) real_time_.wait(stop_);
+      // The first rendered images take longer: the mirrors are found, and the renderers compared. What a resumed run
+      // has stored is not paced.
+      if (options_.real_time && i > record_.replayed()) real_time_.wait(stop_);
       if (stop_) return interrupted();
       auto taken = taker_->take(number, stop_);
       if (!taken) return taken.error();

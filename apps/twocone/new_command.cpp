@@ -28,19 +28,19 @@ void print_list(const char* title, const std::vector<std::string>& lines) {
 }
 
 void print_room(const new_scene::Room& room) {
-  fmt::print("unit       1 POV-Ray unit = {:.4g} m ({})\n", room.unit_m, room.why_unit);
-  fmt::print("floor      y = {:.6g} units ({})\n", room.floor, room.floor_place);
+  fmt::print("unit       1 POV-Ray unit = {:.4g} m ({})\n", room.floor.unit_m, room.floor.why_unit);
+  fmt::print("floor      y = {:.6g} units ({})\n", room.floor.units, room.floor.place);
   fmt::print("open area  {:.2f} m2, for the robot's axis\n", room.open_m2);
   fmt::print("obstacles  {}\n", room.obstacles.size());
   fmt::print("start      ({:.2f}, {:.2f}) m\n", room.start.x_m, room.start.y_m);
   fmt::print("landmarks  {:<10} {:>8} {:>8} {:>8} {:>8}  from\n", "", "x_m", "y_m", "radius_m", "top_m");
-  for (const auto& [landmark, place] : room.landmarks) {
+  for (const auto& [landmark, place, object] : room.landmarks) {
     fmt::print("           {:<10} {:8.4f} {:8.4f} {:8.4f} {:8.4f}  {}\n", landmark.name, landmark.x_m, landmark.y_m,
                landmark.radius_m, landmark.top_m, place.empty() ? "added, in the wrapper" : place);
   }
-  print_list("These shapes were taken as a simple shape around them:", room.bounded);
+  print_list("These shapes were taken as a simple shape around them:", room.leniency.bounded);
   print_list("These statements were not understood and left out; what they draw is no obstacle in the map:",
-             room.left_out);
+             room.leniency.left_out);
   print_list("Warnings:", room.warnings);
 }
 

@@ -290,6 +290,20 @@ TEST_F(Resumed, EqualsAnUninterruptedRun) {
   EXPECT_THAT(refusal("cut"), testing::HasSubstr("it is finished, with all its 12 frames"));
 }
 
+// run.yaml alone says that the run is paced.
+TEST_F(Resumed, IsPacedAsBefore) {
+  const std::filesystem::path yaml = folder_ / "cut" / "run.yaml";
+  std::string text = bytes(yaml);
+  text.replace(text.find("finished: "), 0, "real_time: true\n");
+  std::ofstream(yaml, std::ios::trunc) << text;
+  const auto info = resume_run("cut");
+  ASSERT_TRUE(info) << info.error().message;
+  EXPECT_TRUE(info->real_time);
+  EXPECT_THAT(info->events, testing::Contains(testing::HasSubstr("real time, a frame each ")));
+  EXPECT_TRUE(runlog::read_run(folder_ / "cut").info.real_time);
+  expect_like_whole("cut");
+}
+
 // The state after kill -9: rows of a frame that is not in frames.csv, half a line, no recorded end. Then the run is
 // stopped a second time.
 TEST_F(Resumed, AHalfWrittenLineALostImageAndASecondStopChangeNothing) {

@@ -19,7 +19,7 @@ row "closed loop, 320x240, against one povray after another: median latency of a
 plain=$(sed -n 's/.*differ, in [0-9]* images: \([0-9]*\) from.*/\1/p' "$log")
 bm2=$(sed -n 's/.* \([0-9]*\) from povray +BM2.*/\1/p' "$log")
 images=$(sed -n 's/.*differ, in \([0-9]*\) images.*/\1/p' "$log")
-row "pixels inside the mirrors that differ from plain use of POV-Ray, of $images images" "$bm2 with the same bounding (+BM2); $plain with POV-Ray's default bounding, which loses shadows that it finds without bounding" "0" "$(holds "${bm2:-1} == 0 && ${plain:-1} == 0")"
+row "pixels inside the mirrors that differ from plain use of POV-Ray, of $images images" "$bm2 with the same bounding (+BM2); $plain with POV-Ray's default bounding, which chooses differently among surfaces in one place (docs/renderers.md)" "0" "$(holds "${bm2:-1} == 0 && ${plain:-1} == 0")"
 memory=$(sed -n 's/^most memory.*: \([0-9]*\) MiB.*/\1/p' "$log")
 row "memory of all processes together" "$memory MiB" "below 1024 MiB" "$(holds "${memory:-9999} < 1024")"
 

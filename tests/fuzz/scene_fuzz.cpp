@@ -190,10 +190,10 @@ bool has_misnamed_macro(const std::string& text) {
 /// Evaluates the scene and traces some rays through it.
 /// @param leniency as EvaluatorSettings
 void trace(const std::string& text, const IncludeReader& include, Leniency* leniency, Tally& tally) {
-  // An endless loop ends at this limit, which many inputs reach.
-  constexpr std::size_t kMostTokens = 20'000;
-  auto scene = evaluate(text, "fuzz.pov", include,
-                        {.pose_prefix = "Twocone_", .most_tokens = kMostTokens, .leniency = leniency});
+  // An endless loop ends at these limits, which many inputs reach.
+  const EvaluatorSettings settings{
+      .pose_prefix = "Twocone_", .most_tokens = 20'000, .most_objects = 20'000, .leniency = leniency};
+  auto scene = evaluate(text, "fuzz.pov", include, settings);
   if (!scene) return;
   ++tally.evaluated;
   const TracedScene traced_scene(*std::move(scene));

@@ -85,7 +85,7 @@ TEST_F(NewScene, TheLabsLandmarksAreFoundWithoutItsMap) {
   text << lab.rdbuf();
   const Room room = room_of(text.str());
   const config::Map map = config::read_map(kScenes / "lab.map.yaml");
-  EXPECT_EQ(room.unit_m, map.unit_m) << "a comment of the scene states it";
+  EXPECT_EQ(room.floor.unit_m, map.unit_m) << "a comment of the scene states it";
   EXPECT_THAT(names(room, true), IsEmpty());
   ASSERT_EQ(room.landmarks.size(), map.landmarks.size());
   for (const Landmark& wanted : map.landmarks) {
@@ -186,14 +186,14 @@ TEST_F(NewScene, AddsLandmarksInHuesThatTheSceneDoesNotHold) {
 
 TEST_F(NewScene, TheUnitIsGivenStatedOrEstimated) {
   const std::string text = kFloor;
-  EXPECT_EQ(room_of(text).unit_m, 0.1) << "stated";
-  EXPECT_THAT(room_of(text).why_unit, HasSubstr("s.pov:2"));
-  EXPECT_EQ(room_of(text, 0.07).unit_m, 0.07);
+  EXPECT_EQ(room_of(text).floor.unit_m, 0.1) << "stated";
+  EXPECT_THAT(room_of(text).floor.why_unit, HasSubstr("s.pov:2"));
+  EXPECT_EQ(room_of(text, 0.07).floor.unit_m, 0.07);
   std::string silent = text;
   silent.replace(silent.find("10 cm"), 5, "     ");
-  EXPECT_EQ(room_of(silent).unit_m, 0.1) << "a camera 15 units above the floor";
-  EXPECT_THAT(room_of(silent).why_unit, HasSubstr("--unit-m"));
-  EXPECT_EQ(room_of(silent).floor, -3);
+  EXPECT_EQ(room_of(silent).floor.unit_m, 0.1) << "a camera 15 units above the floor";
+  EXPECT_THAT(room_of(silent).floor.why_unit, HasSubstr("--unit-m"));
+  EXPECT_EQ(room_of(silent).floor.units, -3);
 }
 
 TEST_F(NewScene, WhatItWritesIsRead) {
@@ -205,7 +205,7 @@ TEST_F(NewScene, WhatItWritesIsRead) {
   const config::Robot robot = config::read_robot(files.robot);
   EXPECT_NEAR(robot.start.value().x_m, room.start.x_m, 1e-6);
   const config::Map map = config::read_map(robot.map);
-  EXPECT_EQ(map.unit_m, room.unit_m);
+  EXPECT_EQ(map.unit_m, room.floor.unit_m);
   ASSERT_EQ(map.landmarks.size(), room.landmarks.size());
   EXPECT_NEAR(map.landmarks[0].x_m, room.landmarks[0].landmark.x_m, 1e-6);
   EXPECT_EQ(map.obstacles.size(), room.obstacles.size());

@@ -252,6 +252,12 @@ TEST(RepeatCommand, NamesTheTimeBudget) {
   EXPECT_EQ(repeat_command(known_info(), robot, "outline").find("--budget-ms"), std::string::npos);
 }
 
+TEST(RepeatCommand, NamesTruthAndPace) {
+  runlog::RunInfo info = known_info();
+  info.truth = info.real_time = true;
+  EXPECT_TRUE(repeat_command(info, synthetic_robot(), "outline").ends_with(" --seed 7 --truth --real-time"));
+}
+
 TEST(RepeatCommand, IsQuotedForTheShell) {
   config::Robot robot = synthetic_robot();
   robot.file = "my robot's/lab.yaml";

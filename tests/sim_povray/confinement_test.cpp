@@ -17,6 +17,8 @@
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/povray/povray.h"
+#include "drivers/sim_povray/render/povray/scene_access.h"
+#include "drivers/sim_povray/scene/evaluator.h"
 #include "drivers/sim_povray/scene_views.h"
 #include "tests/sim_povray/renderer_support.h"
 #include "tests/sim_povray/test_support.h"
@@ -63,6 +65,12 @@ class ConfinementTest : public testing::TestWithParam<bool> {
   std::string refusal(const std::string& text) {
     const auto image = render(text);
     return image ? "it was rendered" : image.error().message;
+  }
+  /// Does the same with the reader of the native renderer.
+  [[nodiscard]] std::string native_refusal(const std::string& text) const {
+    SceneAccess access(at("map/scene.pov"), {at("map"), at("named")});
+    const auto scene = evaluate("#version 3.7;\n" + text + "\n" + kRoom, "scene.pov", include_reader(access), {});
+    return scene ? "it was read" : scene.error().message;
   }
   /// Renders several scenes at once, because POV-Ray mostly sleeps.
   std::vector<std::string> refusals(const std::vector<std::string>& texts) {
@@ -130,6 +138,24 @@ TEST_P(ConfinementTest, OtherFilesAreNotReadAndTheLineForTheMapIsReported) {
       std::string("#include \"linked.inc\""), fmt::format("#fopen F \"{}\" read", at("other/kept.txt")),
       fmt::format("sphere {{ 0, 1 pigment {{ image_map {{ png \"{}\" }} }} }}", at("other/image.png"))};
   EXPECT_THAT(refusals(texts), testing::Each(AllOf(HasSubstr("scene.pov:2: "), HasSubstr(line))));
+}
+
+// Catches a native renderer that reads what POV-Ray may not, or not what it may.
+TEST_P(ConfinementTest, TheNativeRendererReadsTheSameFiles) {
+  std::filesystem::create_symlink(at("other/secret.inc"), at("map/linked.inc"));
+  for (const std::string& text :
+       {std::string("#include \"parts/part.inc\""), fmt::format("#include \"{}\"", at("named/part_of_others.inc")),
+        std::string("#include \"part_of_others.inc\""), std::string("#include \"colors.inc\"")}) {
+    EXPECT_EQ(native_refusal(text), "it was read") << text;
+  }
+  const std::string line = fmt::format("add to the map: scene_paths: [{}]", at("other"));
+  for (const std::string& text :
+       {fmt::format("#include \"{}\"", at("other/secret.inc")), std::string("#include \"../other/secret.inc\""),
+        std::string("#include \"linked.inc\""), fmt::format("#include concat(\"{}/sec\", \"ret.inc\")", at("other"))}) {
+    EXPECT_THAT(native_refusal(text), AllOf(StartsWith("scene.pov:2: "), HasSubstr(line))) << text;
+  }
+  EXPECT_EQ(native_refusal("#include \"nowhere.inc\""), "scene.pov:2: the file \"nowhere.inc\" cannot be read");
+  EXPECT_EQ(native_refusal("#include \"parts\""), "scene.pov:2: the file \"parts\" cannot be read");
 }
 
 // The scene composes a name while it is parsed, so that only the kernel sees it.

@@ -103,6 +103,72 @@ TEST(Evaluator, WhatIsNotSupportedIsNamedWithItsLine) {
   EXPECT_NE(complaint("#while (1) #end").find("tokens"), std::string::npos);
 }
 
+/// What POV-Ray prints for these texts: an argument that is a name alone is passed by reference.
+TEST(Evaluator, AMacroChangesTheNamesThatItIsGiven) {
+  const std::string grow = "#macro Grow(X) #declare X = X + 10; #end #declare A = 1; ";
+  EXPECT_EQ(radius(grow + "Grow(A) sphere { 0, A }"), 11);
+  EXPECT_EQ(radius(grow + "Grow(A + 0) Grow((A)) Grow(-A) sphere { 0, A }"), 1) << "an expression is a value";
+  EXPECT_EQ(radius(grow + "#macro Twice(Y) Grow(Y) Grow(Y) #end Twice(A) sphere { 0, A }"), 21) << "through two macros";
+  EXPECT_EQ(radius(grow + "#macro M() #local B = 5; Grow(B) sphere { 0, B } #end M()"), 15) << "a local name";
+  EXPECT_EQ(radius("#macro M(X) #local X = 7; #end #declare A = 1; M(A) sphere { 0, A }"), 7) << "also by #local";
+  EXPECT_EQ(radius("#macro M(X, Y) #declare X = 5; sphere { 0, Y } #end #declare A = 1; M(A, A)"), 5);
+  EXPECT_EQ(radius("#macro M(X) #declare A = 5; sphere { 0, X } #end #declare A = 1; M(A)"), 5);
+  EXPECT_EQ(radius("#macro M(X) #local A = 50; #declare X = X + 1; #end #declare A = 1; M(A) sphere { 0, A }"), 2);
+  EXPECT_EQ(radius("#macro M(X) #undef X #end #declare A = 3; M(A) sphere { 0, A }"), 3);
+  EXPECT_EQ(radius("#macro M(X) #declare X = sphere { 0, 9 } #end #declare A = 1; M(A) object { A }"), 9);
+  EXPECT_EQ(radius("#macro M(X) #declare X = X + x; #end #declare V = <1, 2, 3>; M(V.y) sphere { 0, V.x }"), 1);
+  EXPECT_EQ(radius("#macro M(X) #for (X, 1, 3) #end #end M(2) sphere { 0, 4 }"), 4);
+  EXPECT_EQ(complaint("#macro M(X) #for (X, 1, 3) #end #end #declare A = 1; M(A)"),
+            "t.pov:1: 'X' counts a #for and is a name of the macro's caller, which POV-Ray refuses");
+}
+
+/// No text runs or grows without end: each limit is reported with its place.
+TEST(Evaluator, WhatDoesNotEndOrGrowsIsRefused) {
+  const EvaluatorSettings small{.most_tokens = 1'000'000, .most_objects = 10'000};
+  struct Case {
+    const char* text;
+    const char* limit;
+  };
+  for (
+      const Case& c : {
+          Case{"#macro M()\nM() #end M()", "t.pov:2: more than 100 macros and files are open"},
+          Case{"#macro A() B() #end #macro B()\nA() #end A()", "more than 100 macros and files are open"},
+          Case{"#macro M(X) M(X + 1) #end M(0)", "t.pov:1: more than 100 macros and files are open"},
+          Case{"\n#while (1)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
+          Case{"#for (I, 0, 1e300)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
+          Case{"#for (I, 0, 1, 1e-300)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
+          Case{"#for (I, 0, 1, 0) #end", "t.pov:1: the step of this #for is 0"},
+          Case{"#declare S = \"ab\"; #while (1) #declare S = concat(S, S); #end",
+               "t.pov:1: this string has more than 10000 bytes"},
+          Case{"sphere { <1, 2, 3, 4, 5, 6>, 1 }", "t.pov:1: this vector has more than five components"},
+          Case{"#declare U = sphere { 0, 1 } #while (1) #declare U = union { object { U } object { U } } #end",
+               "t.pov:1: the scene makes more than 10000 objects"},
+          Case{"#declare U = sphere { 0, 1 } #while (1) #declare U = sphere { 0, 1 clipped_by { U U } } #end",
+               "t.pov:1: the scene makes more than 10000 objects"},
+          Case{"#macro M(O) union { object { O } object { O } } #end #declare U = box { 0, 1 }\n"
+               "#while (1) #declare U = M(U) #end",
+               "the scene makes more than 10000 objects"},
+          Case{"#while (1) sphere { 0, 1 } #end", "t.pov:1: the scene makes more than 10000 objects"},
+          Case{"#while (1) light_source { 0, rgb 1 } #end", "t.pov:1: the scene makes more than 10000 objects"},
+          Case{"polygon { 20000 #for (I, 1, 20000) <1, I> #end }", "t.pov:1: the scene makes more than 10000 objects"},
+          Case{
+              "#declare U = union { #for (I, 0, 1999) sphere { 0, I } #end }\nobject { U #while (1) translate x #end }",
+              "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
+          Case{"#declare P = pigment { gradient x } #while (1)\n"
+               "#declare P = pigment { gradient x pigment_map { [0 P] [1 P] } } #end",
+               "t.pov:2: pigments are nested more than 10 deep"},
+          Case{
+              "#declare P = pigment { bozo } #while (1)\n#declare P = pigment { P warp { turbulence 1 } scale 2 } #end",
+              "t.pov:2: a pigment has more than 1000 transformations and warps"},
+          Case{"#declare I = 0; sphere { 0, 1 pigment { gradient x color_map { #while (1) [0 rgb 1] #end } } }",
+               "t.pov:1: a map has more than 256 entries"},
+      }) {
+    const auto scene = read(c.text, small);
+    ASSERT_FALSE(scene) << c.text;
+    EXPECT_NE(scene.error().message.find(c.limit), std::string::npos) << c.text << "\n" << scene.error().message;
+  }
+}
+
 TEST(Evaluator, ADeclarationThatNothingUsesMayHoldAnything) {
   const std::string declared = "#declare Strange = blob { threshold 1 }\n#declare F = function(x) { x*x }\n";
   EXPECT_EQ(radius(declared + "sphere { 0, 2 }"), 2);

@@ -14,7 +14,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/native/native_view.h"
 #include "drivers/sim_povray/render/povray/povray.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"

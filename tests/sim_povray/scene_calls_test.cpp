@@ -10,7 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/sim_povray/effects/token_tree.h"
 #include "tests/support/fails_with.h"
 
 namespace twocone::sim_povray {
@@ -205,6 +204,32 @@ TEST(SceneCalls, PovRaysOwnIncludesRequireNothingByThemselves) {
   const SceneCalls calls = find_calls(*scene, SceneAccess(scene->path(), {}));
   EXPECT_NE(calls.find(Feature::kTransparency), nullptr);
   EXPECT_NE(calls.find(Feature::kReflection), nullptr);
+}
+
+/// Where a scene can be evaluated, what a condition excludes does not count.
+TEST(SceneCalls, EvaluationExcludesBranchesThatAreNotTaken) {
+  const auto calls_in = [](const std::string& text) {
+    return find_calls(*Scene::parse("#version 3.7;\n" + text, "a.pov"), SceneAccess("a.pov", {}));
+  };
+  const std::string options =
+      "#declare Smoke = 0;\n"
+      "#declare Depth = 3 + 4;\n"
+      "#macro Lamp(P) light_source { P, rgb 1 } #end\n"
+      "#if (Smoke) fog { distance 9 } Lamp(x) global_settings { max_trace_level 2 } #end\n"
+      "global_settings { max_trace_level Depth }\n"
+      "sphere { 0, 1 }\n";
+  EXPECT_THAT(calls_in(options).all, IsEmpty());
+  EXPECT_EQ(calls_in(options).max_trace_level, 7);
+  const SceneCalls lit = calls_in(options + "#if (Depth > 6) Lamp(y) #end");
+  ASSERT_THAT(lit.all, testing::SizeIs(1));
+  EXPECT_EQ(lit.all.front().place(), "a.pov:4");
+  // The reader of the native renderer does not know these, so that the text alone counts.
+  for (const char* more : {"blob { threshold 1 }", "#if (image_width > 0) #end", "#if (clock > 3) #end"}) {
+    const SceneCalls calls = calls_in(options + more);
+    EXPECT_NE(calls.find(Feature::kMedia), nullptr) << more;
+    EXPECT_NE(calls.find(Feature::kShadows), nullptr) << more;
+    EXPECT_EQ(calls.max_trace_level, 2) << more;
+  }
 }
 
 // ---- switches

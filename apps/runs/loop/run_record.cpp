@@ -47,6 +47,7 @@ RunRecord::RunRecord(const config::Robot& robot, const config::Map& map, const R
   info_.seed = options.seed;
   info_.frames_wanted = options.frames;
   info_.truth = options.truth;
+  info_.real_time = options.real_time;
 }
 
 RunRecord::~RunRecord() {

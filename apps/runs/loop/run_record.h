@@ -49,6 +49,7 @@ class RunRecord {
   [[nodiscard]] int frames() const { return frames_; }
   /// Sets the number of frames that a resumed run had stored before.
   void set_replayed(int frames) { replayed_ = frames; }
+  [[nodiscard]] int replayed() const { return replayed_; }
 
   /// Writes the results of both methods. Writes run.yaml with `finished` last, so a finished run has all its results.
   /// @param baseline answers of method paper beside another one; empty: none. @throws runlog::DiskError

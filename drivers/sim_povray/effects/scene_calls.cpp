@@ -3,9 +3,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <set>
@@ -14,18 +11,13 @@
 
 #include <fmt/format.h>
 
-#include "drivers/sim_povray/effects/token_tree.h"
+#include "drivers/sim_povray/effects/expression_end.h"
+#include "drivers/sim_povray/scene/evaluator.h"
 
 namespace twocone::sim_povray {
 namespace {
 
-namespace fs = std::filesystem;
 using Kind = Token::Kind;
-
-/// POV-Ray's own limit of depth, and a size that no scene reaches. They end the reading of files that include each
-/// other.
-constexpr int kDeepestInclude = 32;
-constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
 
 /// Words that use a feature wherever they are.
 const std::unordered_map<Feature, std::set<std::string_view>> kWords{
@@ -120,11 +112,9 @@ class Scanner {
     File& file = *files_.emplace_back(std::make_unique<File>());
     file.path = std::move(path);
     file.text = std::move(text);
-    try {
-      file.tree = take_apart(file.text);
-    } catch (const SceneError& error) {
-      unread_.emplace_back(kRoot, fmt::format("{}:{}: {}", file.path, error.place.line, error.message));
-      file.tree = take_apart(std::string_view(file.text).substr(0, error.place.offset));
+    file.tree = take_apart(file.text);
+    if (const auto& error = file.tree.unfinished) {
+      unread_.emplace_back(kRoot, fmt::format("{}:{}: {}", file.path, error->place.line, error->message));
     }
     everything_lives_ = everything_lives_ || file.tree.leaks;
     for (const std::string_view macro : file.tree.leaky_macros) leaky_.insert(number(macro));
@@ -136,7 +126,7 @@ class Scanner {
     return file;
   }
 
-  void walk(const File& file, Name base, int depth) {
+  void walk(const File& file, Name base, std::size_t depth) {
     const TokenTree& tree = file.tree;
     std::vector<Owner> owners{{base, kNowhere, false}};
     for (std::size_t i = 0; i < tree.tokens.size(); ++i) {
@@ -169,7 +159,7 @@ class Scanner {
     }
   }
 
-  void word(const File& file, std::size_t i, Name owner, int depth) {
+  void word(const File& file, std::size_t i, Name owner, std::size_t depth) {
     const TokenTree& tree = file.tree;
     const Token& token = tree.tokens[i];
     uses_.emplace_back(owner, number(token.text));
@@ -183,10 +173,11 @@ class Scanner {
     std::optional<Feature> feature = feature_of(tree, i);
     if (token.text == "light_source" && !(tree.is(i + 1, '{') && file.shadowless[i + 1])) feature = Feature::kShadows;
     if (!feature) return;
-    found_.push_back({owner, {*feature, file.path, token.place.line, std::string(token.text), depth > 0}});
+    found_.push_back(
+        {owner, {*feature, file.path, token.place.line, std::string(token.text), depth > 0, token.place.offset}});
   }
 
-  void include(const File& file, std::size_t directive, Name owner, int depth) {
+  void include(const File& file, std::size_t directive, Name owner, std::size_t depth) {
     const TokenTree& tree = file.tree;
     const std::size_t i = directive + 1;
     const auto unread = [&](const std::string& why) {
@@ -205,7 +196,7 @@ class Scanner {
       if (content && content->is_folder) {
         included.why_not = fmt::format("include \"{}\" is a folder, not a file", name);
         endless_ = fmt::format("{}:{}: {}", file.path, tree.tokens[directive].place.line, included.why_not);
-      } else if (!content) {
+      } else if (!content || !content->refusal.empty()) {
         included.why_not = fmt::format("\"{}\" cannot be read", name);
       } else if (bytes_ + content->text.size() > kMostIncludedBytes) {
         included.why_not = fmt::format("\"{}\" is not read: more than {} bytes are included", name, kMostIncludedBytes);
@@ -261,23 +252,6 @@ class Scanner {
   bool everything_lives_ = false;
 };
 
-std::optional<IncludedFile> read_from(const SceneAccess& access, const std::string& name) {
-  for (const fs::path& folder : access.searched()) {
-    // POV-Ray adds the ending if there is none.
-    for (const char* ending : {"", ".inc", ".INC"}) {
-      const fs::path path = folder / (name + ending);
-      std::error_code error;
-      if (!access.may_read(path)) continue;
-      if (fs::is_directory(path, error)) return IncludedFile{path.string(), {}, true};
-      if (!fs::is_regular_file(path, error) || fs::file_size(path, error) > kMostIncludedBytes) continue;
-      std::ifstream file(path, std::ios::binary);
-      std::string text{std::istreambuf_iterator<char>(file), {}};
-      if (file) return IncludedFile{path.string(), std::move(text), false};
-    }
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::string Call::place() const { return fmt::format("{}:{}", file, line); }
@@ -287,20 +261,22 @@ const Call* SceneCalls::find(Feature feature) const {
   return found == all.end() ? nullptr : &*found;
 }
 
-IncludeReader include_reader(SceneAccess& access) {
-  return [&access](const std::string& name) {
-    auto found = read_from(access, name);
-    // An included file may name files beside it.
-    if (found) access.look_in(fs::path(found->path).parent_path());
-    return found;
-  };
-}
-
 SceneCalls find_calls(const Scene& scene, const SceneAccess& access) {
   SceneAccess growing = access;
   SceneCalls calls = find_calls(scene.text(), scene.path(), include_reader(growing));
   const auto& all = growing.searched();
   for (std::size_t i = access.searched().size(); i < all.size(); ++i) calls.folders.push_back(all[i].string());
+
+  // The images' size is not known here. The limits keep a scene that loops for long to a part of a second.
+  const EvaluatorSettings settings{.width_px = 0, .height_px = 0, .most_tokens = 2'000'000};
+  SceneAccess again = access;
+  const auto evaluated = evaluate(scene.text(), scene.path(), include_reader(again), settings);
+  if (!evaluated) return calls;
+  std::erase_if(calls.all, [&reached = evaluated->reached_words](const Call& call) {
+    const auto file = reached.find(call.file);
+    return file == reached.end() || call.offset >= file->second.size() || !file->second[call.offset];
+  });
+  calls.max_trace_level = evaluated->max_trace_level;
   return calls;
 }
 

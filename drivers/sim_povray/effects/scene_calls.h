@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -38,6 +38,7 @@ struct Call {
   int line = 0;
   std::string word;
   bool included = false;  ///< it is in a file that the scene includes
+  std::size_t offset = 0;
 
   [[nodiscard]] std::string place() const;  ///< `scenes/lab.pov:76`
 };
@@ -52,7 +53,7 @@ struct WrittenString {
 /// Effects that a scene uses. A declaration with a name that nothing uses does not count.
 struct SceneCalls {
   std::vector<Call> all;               ///< in the order in which POV-Ray reads them
-  std::optional<int> max_trace_level;  ///< the last value that is written as a literal
+  std::optional<int> max_trace_level;  ///< the evaluated value, else the last that is written as a literal
   std::vector<std::string> unread;     ///< includes that could not be read, `FILE:LINE: why`: their effects are unknown
   /// An include that POV-Ray would read without end, such as a folder: `FILE:LINE: why`. Empty: none.
   std::string endless;
@@ -68,14 +69,12 @@ struct SceneCalls {
 /// string or a branch that a literal `#if (0)` excludes does not count; neither does a declaration or macro that live
 /// text never names. In doubt, an effect counts as used. An include whose name is not a literal, or which cannot be
 /// read, is reported in `unread`.
+/// If the scene can be evaluated (evaluator.h), words in branches that are not taken do not count either, and
+/// max_trace_level is evaluated.
 [[nodiscard]] SceneCalls find_calls(const Scene& scene, const SceneAccess& access);
-/// Does the same for a text, with `read` in place of the disk. If the text is not finished, only the part before its
-/// last comment or string counts.
+/// Does the same for a text, with `read` in place of the disk and without evaluation. If the text is not finished, only
+/// the part before its last comment or string counts.
 [[nodiscard]] SceneCalls find_calls(std::string_view text, const std::string& path, const IncludeReader& read);
-
-/// Returns a function that reads what a scene includes, from where `access` states and from beside the files that it
-/// has read. @param access grows by the folders of these files; must outlive the function
-[[nodiscard]] IncludeReader include_reader(SceneAccess& access);
 
 /// Returns the scene's text without the effects that `switches` switch off. Line numbers stay the same, but offsets do
 /// not, so the result must be parsed again. Only the text itself is changed, not the files that it includes.

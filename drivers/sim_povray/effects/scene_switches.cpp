@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "drivers/sim_povray/effects/expression_end.h"
 #include "drivers/sim_povray/effects/scene_calls.h"
-#include "drivers/sim_povray/effects/token_tree.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -13,9 +13,6 @@ using Kind = Token::Kind;
 
 /// POV-Ray's own limit for includes. Macros that call themselves end here; no scene of a person comes near.
 constexpr std::size_t kMostInputs = 100;
-constexpr std::size_t kMostIncludes = 32;
-/// The largest example scenes read a few million tokens.
-constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
 
 }  // namespace
 
@@ -28,26 +25,38 @@ void Evaluation::unsupported(const Token& token, std::string_view where) const {
   throw EvaluationError{fmt::format("{}:{}: {} {}", inputs_.back().file->path, token.place.line, what, where)};
 }
 
-Token Evaluation::raw() {
-  if (++tokens_ > settings_.most_tokens) {
-    is_over_ = true;
-    fail(fmt::format("the scene has more than {} tokens to evaluate", settings_.most_tokens));
+void Evaluation::fail_at_limit(const std::string& why) const {
+  throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, line_, why), true};
+}
+
+void Evaluation::count_tokens(std::size_t count) {
+  tokens_ += count;
+  if (tokens_ > settings_.most_tokens) {
+    fail_at_limit(fmt::format("the scene has more than {} tokens to evaluate", settings_.most_tokens));
   }
+}
+
+void Evaluation::count_objects(std::size_t count) {
+  objects_ += count;
+  if (objects_ > settings_.most_objects) {
+    fail_at_limit(fmt::format("the scene makes more than {} objects, with all parts, corners and copies",
+                              settings_.most_objects));
+  }
+}
+
+Token Evaluation::raw() {
+  count_tokens(1);
   while (true) {
     if (auto& pushed = inputs_.back().pushed) return *std::exchange(pushed, std::nullopt);
     Token token;
     try {
       token = inputs_.back().lexer.next();
     } catch (const SceneError& error) {
-      is_over_ = true;
-      throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, error.place.line, error.message)};
+      throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, error.place.line, error.message), true};
     }
     line_ = token.place.line;
     if (token.kind != Kind::kEnd || inputs_.size() == 1) return token;
-    if (!inputs_.back().sections.empty()) {
-      is_over_ = true;
-      fail("an #if, #while, #for, #switch or #macro has no #end");
-    }
+    if (!inputs_.back().sections.empty()) fail_at_limit("an #if, #while, #for, #switch or #macro has no #end");
     inputs_.pop_back();
   }
 }
@@ -72,13 +81,14 @@ Token Evaluation::next() {
         try {
           directive(token);
         } catch (const EvaluationError& error) {
-          if (!is_lenient() || is_over_) throw;
+          if (!is_lenient() || error.is_limit) throw;
           recover_from(token, braces, inputs, sections);
           note(notes_.left_out, error.message);
         }
         continue;
       }
       case Kind::kWord:
+        inputs_.back().file->reached[token.place.offset] = true;
         if (const auto* macro = find_as<Macro>(token.text)) {
           call_macro(Macro(*macro));
           continue;
@@ -136,7 +146,7 @@ void Evaluation::expect(char symbol) {
   if (!token.is(symbol)) unsupported(token, fmt::format("stands where '{}' is expected", symbol));
 }
 
-const Value* Evaluation::find(std::string_view name) const {
+const std::shared_ptr<Value>* Evaluation::find_shared(std::string_view name) const {
   for (auto input = inputs_.rbegin(); input != inputs_.rend(); ++input) {
     const auto found = input->locals.find(name);
     if (found != input->locals.end()) return &found->second;
@@ -145,28 +155,15 @@ const Value* Evaluation::find(std::string_view name) const {
   return found == globals_.end() ? nullptr : &found->second;
 }
 
-void Evaluation::check_assignable(std::string_view name, bool local) const {
-  for (auto input = inputs_.rbegin(); input != inputs_.rend(); ++input) {
-    if (input->references.contains(name)) {
-      fail(fmt::format("a macro changes its parameter '{}', and may change a name of its caller: not supported", name));
-    }
-    if (local || input->locals.contains(name)) return;
-  }
-}
-
 void Evaluation::set(const std::string& name, Value value, bool local) {
-  if (local) {
-    inputs_.back().locals.insert_or_assign(name, std::move(value));
+  // #declare changes the innermost local name that is visible, and #local a parameter that is a reference: measured.
+  if (const auto* known = local ? nullptr : find_shared(name)) {
+    **known = std::move(value);
     return;
   }
-  // #declare changes the innermost local name that is visible: measured.
-  for (auto input = inputs_.rbegin(); input != inputs_.rend(); ++input) {
-    const auto found = input->locals.find(name);
-    if (found == input->locals.end()) continue;
-    found->second = std::move(value);
-    return;
-  }
-  globals_.insert_or_assign(name, std::move(value));
+  auto& slot = (local ? inputs_.back().locals : globals_)[name];
+  if (slot == nullptr) slot = std::make_shared<Value>();
+  *slot = std::move(value);
 }
 
 void Evaluation::directive(const Token& token) {
@@ -316,7 +313,10 @@ void Evaluation::begin_loop(std::string_view kind) {
   if (kind == "for") {
     expect('(');
     loop.counter = std::string(raw().text);
-    check_assignable(loop.counter, true);
+    const auto known = inputs_.back().locals.find(loop.counter);
+    if (known != inputs_.back().locals.end() && known->second.use_count() > 1) {
+      fail(fmt::format("'{}' counts a #for and is a name of the macro's caller, which POV-Ray refuses", loop.counter));
+    }
     expect(',');
     loop.first = number();
     expect(',');
@@ -360,36 +360,48 @@ void Evaluation::define_macro() {
 }
 
 void Evaluation::call_macro(const Macro& macro) {
-  if (inputs_.size() >= kMostInputs) fail(fmt::format("more than {} macros and files are open", kMostInputs));
-  std::map<std::string, Value, std::less<>> arguments;
-  std::set<std::string, std::less<>> references;
+  if (inputs_.size() >= kMostInputs) fail_at_limit(fmt::format("more than {} macros and files are open", kMostInputs));
+  Names arguments;
   expect('(');
   for (const std::string& parameter : macro.parameters) {
     if (!arguments.empty()) expect(',');
-    const Token first = peek();
-    if (first.kind == Kind::kWord && find(first.text) != nullptr) references.insert(parameter);
-    arguments.insert_or_assign(parameter, value());
+    auto argument = accept_reference();
+    if (argument == nullptr) argument = std::make_shared<Value>(value());
+    arguments.insert_or_assign(parameter, std::move(argument));
   }
   expect(')');
-  inputs_.push_back({macro.file,
-                     macro.body,
-                     true,
-                     {{SectionKind::kMacro}},
-                     std::move(arguments),
-                     {},
-                     std::move(references),
-                     braces_});
+  inputs_.push_back({macro.file, macro.body, true, {{SectionKind::kMacro}}, std::move(arguments), {}, braces_});
+}
+
+std::shared_ptr<Value> Evaluation::accept_reference() {
+  const Token name = peek();
+  if (name.kind != Kind::kWord) return nullptr;
+  const auto* known = find_shared(name.text);
+  if (known == nullptr) return nullptr;
+  auto value = *known;
+  try {
+    const Token after = Lexer(inputs_.back().lexer).next();
+    if (!after.is(',') && !after.is(')')) return nullptr;
+  } catch (const SceneError&) {
+    return nullptr;  // the text ends here, which the next token reports
+  }
+  (void)next();
+  return value;
 }
 
 void Evaluation::include() {
   const std::string name = string();
+  const int line = line_;
   if (peek_symbol() == ';') (void)raw();
+  line_ = line;
   const auto depth = std::count_if(inputs_.begin(), inputs_.end(), [](const Input& input) { return !input.is_macro; });
-  if (std::size_t(depth) > kMostIncludes) fail(fmt::format("more than {} files include each other", kMostIncludes));
+  if (std::size_t(depth) > kDeepestInclude)
+    fail_at_limit(fmt::format("more than {} files include each other", kDeepestInclude));
   auto found = read_(name);
+  if (found && !found->refusal.empty()) fail(found->refusal);
   if (!found || found->is_folder) fail(fmt::format("the file \"{}\" cannot be read", name));
   bytes_ += found->text.size();
-  if (bytes_ > kMostIncludedBytes) fail(fmt::format("more than {} bytes are included", kMostIncludedBytes));
+  if (bytes_ > kMostIncludedBytes) fail_at_limit(fmt::format("more than {} bytes are included", kMostIncludedBytes));
   files_.push_back({std::move(found->path), std::move(found->text)});
   inputs_.push_back({.file = &files_.back(), .lexer = Lexer(files_.back().text), .braces = braces_});
 }
@@ -403,7 +415,6 @@ void Evaluation::declare(bool local) {
     if (name.kind == Kind::kString) name = raw();
   }
   if (name.kind != Kind::kWord) unsupported(name, "is not a name that can be declared");
-  check_assignable(name.text, local);
   expect('=');
   const int braces = braces_;
   const std::size_t inputs = inputs_.size();
@@ -412,17 +423,26 @@ void Evaluation::declare(bool local) {
     std::swap(notes, notes_);
     if (is_lenient()) notes_of_declared_.insert_or_assign(std::string(name.text), std::move(notes));
   };
+  // Reading the value may end the macro that declares the name, and change which names exist.
+  const auto own = inputs_.back().locals.find(name.text);
+  const auto* known = !local ? find_shared(name.text) : own != inputs_.back().locals.end() ? &own->second : nullptr;
+  const std::shared_ptr<Value> target = known != nullptr ? *known : nullptr;
+  const auto assign = [&](Value value) {
+    if (target != nullptr) {
+      *target = std::move(value);
+    } else if (!local || inputs_.size() >= inputs) {
+      set(std::string(name.text), std::move(value), local);
+    }
+  };
   try {
-    // Reading the value may change which names exist, but not who declares this one.
-    Value declared = value();
+    assign(value());
     if (peek_symbol() == ';') (void)raw();
-    set(std::string(name.text), std::move(declared), local);
     keep_notes();
   } catch (const EvaluationError& error) {
     // What the declaration says is lost, but only a use of it is an error. A macro that has been left cannot be
     // entered again.
     keep_notes();
-    if (inputs_.size() < inputs || is_over_) throw;
+    if (error.is_limit || inputs_.size() < inputs) throw;
     while (inputs_.size() > inputs) {
       braces_ = inputs_.back().braces;
       inputs_.pop_back();
@@ -437,7 +457,7 @@ void Evaluation::declare(bool local) {
       if (next().kind == Kind::kEnd) throw;
       if (braces_ == braces && peek_symbol() == '{') (void)next();
     }
-    set(std::string(name.text), Unusable{error.message}, local);
+    assign(Unusable{error.message});
     if (is_lenient()) skip_line(name.place.line);
     if (peek_symbol() == ';') (void)raw();
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,6 +66,7 @@ struct Pigment {
   double poly_exponent = 1;                ///< Wave::kPoly
   std::optional<Turbulence> turbulence{};  ///< the keyword in the pigment, not in a warp
   std::vector<PatternStep> steps{};        ///< in the order of the text: the first is the nearest to the pattern
+  int nesting = 0;                         ///< of pigments in its entries
 };
 
 struct Finish {
@@ -194,6 +196,9 @@ struct EvaluatedScene {
   Colour ambient_light{1, 1, 1};
   int max_trace_level = 5;
   double adc_bailout = 1.0 / 255;
+  /// For each file that was read, the offsets of the words that were evaluated. The others are in branches that are not
+  /// taken, and in macros that are not called.
+  std::map<std::string, std::vector<bool>> reached_words{};
 };
 
 }  // namespace twocone::sim_povray

@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,6 +30,9 @@ struct Number {
   Number(const Vec3& value) : v{value.x, value.y, value.z}, size(3) {}  // NOLINT
 };
 
+/// Moves a pigment with the surface that shows it.
+void move_pigment(Pigment& pigment, const Transform& transform);
+
 /// A transformation, and the pose that follows it.
 struct Placing {
   Transform transform{};
@@ -44,10 +46,11 @@ struct SourceFile {
   std::string path;
   std::string text;
   std::shared_ptr<const std::string> shared_path = std::make_shared<const std::string>(path);
+  std::vector<bool> reached = std::vector<bool>(text.size());  // offsets of the words that were evaluated
 };
 
 struct Macro {
-  const SourceFile* file = nullptr;
+  SourceFile* file = nullptr;
   Lexer body;
   std::vector<std::string> parameters;
 };
@@ -60,9 +63,13 @@ struct Unusable {
 using Value = std::variant<Number, std::string, Placing, ColourMap, Pigment, Finish, Texture, Object, LightSource,
                            PerspectiveCamera, Macro, Unusable>;
 
+/// A macro shares the value of a name that it gets as an argument: POV-Ray passes it by reference.
+using Names = std::map<std::string, std::shared_ptr<Value>, std::less<>>;
+
 /// Thrown at what cannot be evaluated; what() as `FILE:LINE: why`.
 struct EvaluationError {
   std::string message;
+  bool is_limit = false;  ///< the evaluation must end, also if nothing uses the declaration
 };
 
 /// Returns whether read_bound() knows the shape of that keyword.
@@ -107,15 +114,13 @@ class Evaluation {
   };
   /// A file, or a macro's body, that is being read.
   struct Input {
-    const SourceFile* file;
+    SourceFile* file;
     Lexer lexer;
     bool is_macro = false;
     std::vector<Section> sections{};
-    std::map<std::string, Value, std::less<>> locals{};
+    Names locals{};
     std::optional<Token> pushed{};  // read ahead
-    /// Parameters of a macro that may be names of the caller's. POV-Ray passes those by reference.
-    std::set<std::string, std::less<>> references{};
-    int braces = 0;  // that were open where it begins
+    int braces = 0;                 // that were open where it begins
   };
 
   /// Returns the next token of the present input as it is written.
@@ -135,7 +140,6 @@ class Evaluation {
 
   void directive(const Token& token);
   void end_section(const Token& token);
-  void skip_branch();
   /// Skips to the directive that ends the present branch, and returns it.
   std::string_view skip_to_branch_end();
   void leave_section();
@@ -150,10 +154,14 @@ class Evaluation {
   void declare(bool local);
   void read_default();
 
-  [[nodiscard]] const Value* find(std::string_view name) const;
+  [[nodiscard]] const std::shared_ptr<Value>* find_shared(std::string_view name) const;
+  [[nodiscard]] const Value* find(std::string_view name) const {
+    const auto* found = find_shared(name);
+    return found == nullptr ? nullptr : found->get();
+  }
   void set(const std::string& name, Value value, bool local);
-  /// Fails if the name is a parameter that may be a name of the macro's caller.
-  void check_assignable(std::string_view name, bool local) const;
+  /// Returns the value of the name that is the whole next argument of a macro, or null.
+  std::shared_ptr<Value> accept_reference();
   /// Returns the value of a declared name of that type, or null.
   template <class T>
   [[nodiscard]] const T* find_as(std::string_view name) const {
@@ -161,6 +169,10 @@ class Evaluation {
     return value == nullptr ? nullptr : std::get_if<T>(value);
   }
   [[noreturn]] void fail(const std::string& why) const;
+  /// Count against the limits, and fail beyond them.
+  void count_tokens(std::size_t count);
+  void count_objects(std::size_t count);
+  [[noreturn]] void fail_at_limit(const std::string& why) const;
   [[noreturn]] void unsupported(const Token& token, std::string_view where) const;
 
   // ---- recovery from what is not supported
@@ -175,7 +187,7 @@ class Evaluation {
       read();
       return true;
     } catch (const EvaluationError& error) {
-      if (!is_lenient() || is_over_) throw;
+      if (!is_lenient() || error.is_limit) throw;
       recover(braces, inputs);
       if (is_noted) note(notes_.left_out, error.message);
       return false;
@@ -214,6 +226,7 @@ class Evaluation {
   Vec3 vector();
   Colour grey_or_colour();
   Colour colour();
+  [[nodiscard]] bool begins_colour(const Token& token) const;
   Number colour_value();
   std::string string();
   Value value();
@@ -221,6 +234,8 @@ class Evaluation {
 
   // ---- textures
   void read_pigment_parts(Pigment& pigment);
+  /// Fails if the pigment has grown beyond the limits.
+  void check_size(Pigment& pigment);
   bool read_pigment_part(const Token& token, Pigment& pigment);
   bool read_pattern(std::string_view word, Pigment& pigment);
   bool read_wave(const Token& token, Pigment& pigment);
@@ -238,6 +253,8 @@ class Evaluation {
 
   // ---- objects
   std::optional<Object> read_object(const Token& token);
+  /// Returns a copy, whose parts count against the limit.
+  Object copied(const Object& object);
   /// Reads the brace that opens a block. @returns the block's name; empty: none
   std::string open_block();
   Shape read_shape(const std::string& word);
@@ -247,6 +264,8 @@ class Evaluation {
   bool read_object_part(const Token& token, Object& object);
   void place(Object& object, const Placing& placing);
   void skip_block();
+  /// Skips until no more than so many braces are open.
+  void leave_block(int braces);
   std::vector<Object> read_objects();
   LightSource read_light();
   PerspectiveCamera read_camera();
@@ -257,15 +276,15 @@ class Evaluation {
   const EvaluatorSettings& settings_;
   std::deque<SourceFile> files_;
   std::deque<Input> inputs_;
-  std::map<std::string, Value, std::less<>> globals_;
+  Names globals_;
   std::vector<RandomStream> streams_;
   std::size_t tokens_ = 0;
+  std::size_t objects_ = 0;
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
   Leniency notes_;  // of what is being read: of a declaration, else of the scene
   std::map<std::string, Leniency, std::less<>> notes_of_declared_;
-  bool is_over_ = false;   // nothing can be read any more
   int line_ = 1;           // of the last token read
   std::string_view name_;  // the last name comment read
   double version_ = 3.7;

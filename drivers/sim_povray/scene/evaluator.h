@@ -25,9 +25,10 @@ struct EvaluatorSettings {
   /// `transform { PREFIX X0 }` and so on (without the blank) stand for the poses of blocks 0, 1, ..., and
   /// `transform { PREFIX V }` for that of the view. Empty: the scene has none.
   std::string pose_prefix{};
-  int width_px = 640;  ///< `image_width`
+  int width_px = 640;  ///< `image_width`; 0: not known, and a scene that asks for it is refused
   int height_px = 480;
   std::size_t most_tokens = 20'000'000;  ///< that are evaluated, each time that they are
+  std::size_t most_objects = 1'000'000;  ///< with their parts and copies: half a gigabyte
   /// Not null: for a question about shapes and their places only. Lights are not read. A pigment that is not supported
   /// has no entries. An object that is not supported is left out and named here; only a text without structure is an
   /// error.
@@ -40,7 +41,8 @@ constexpr int kViewMover = -2;
 /// Evaluates a scene. The supported language is that of the scenes in scenes/ and of docs/renderers.md.
 /// A declaration that uses anything else is an error only where something visible uses the declaration.
 /// Errors: kRefused, `FILE:LINE: why`: the text uses a construct that is not supported (the message names the keyword),
-/// is wrong, or does not end (limits of tokens, depth of macros and depth of includes).
+/// is wrong, or does not end or grows without end (limits of tokens, objects, strings, depth of macros and of
+/// includes).
 [[nodiscard]] Result<EvaluatedScene> evaluate(std::string_view text, const std::string& path, const IncludeReader& read,
                                               const EvaluatorSettings& settings);
 

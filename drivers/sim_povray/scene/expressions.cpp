@@ -15,7 +15,8 @@ namespace {
 
 using Kind = Token::Kind;
 
-/// Expressions may be nested this deep; no person writes a tenth of it.
+/// Strings are names of files and messages.
+constexpr std::size_t kLongestString = 10'000;
 /// POV-Ray takes numbers this near to each other as equal, and this near to 0 as false.
 constexpr double kEqual = 1e-10;
 
@@ -253,8 +254,8 @@ Number Evaluation::name_value(const Token& token) {
   }
   if (const auto constant = kConstants.find(word); constant != kConstants.end()) return Number(constant->second);
   if (word == "version") return Number(version_);
-  if (word == "image_width") return Number(settings_.width_px);
-  if (word == "image_height") return Number(settings_.height_px);
+  if (word == "image_width" && settings_.width_px > 0) return Number(settings_.width_px);
+  if (word == "image_height" && settings_.height_px > 0) return Number(settings_.height_px);
   if (word == "defined") {
     expect('(');
     const bool defined = find(raw().text) != nullptr;
@@ -404,6 +405,10 @@ Colour Evaluation::colour() {
   return {value.v[0], value.v[1], value.v[2]};
 }
 
+bool Evaluation::begins_colour(const Token& token) const {
+  return token.kind == Kind::kWord && (is_colour_word(token.text) || find_as<Number>(token.text) != nullptr);
+}
+
 Colour Evaluation::grey_or_colour() {
   if (is_colour_word(peek().text)) return colour();
   return as_vector(sum());
@@ -415,7 +420,11 @@ std::string Evaluation::string() {
   if (token.text == "concat") {
     expect('(');
     std::string result = string();
-    while (accept(',')) result += string();
+    while (accept(',')) {
+      result += string();
+      if (result.size() > kLongestString)
+        fail_at_limit(fmt::format("this string has more than {} bytes", kLongestString));
+    }
     expect(')');
     return result;
   }
@@ -443,6 +452,7 @@ Value Evaluation::value() {
     if (const auto* why = std::get_if<Unusable>(known)) throw EvaluationError{why->why};
     if (!std::holds_alternative<Number>(*known)) {
       (void)next();
+      if (const auto* object = std::get_if<Object>(known)) return copied(*object);
       return *known;
     }
     return full();

@@ -53,11 +53,9 @@ void Evaluation::recover(int braces, std::size_t inputs) {
   while (true) {
     try {
       if (braces_ < braces || (braces_ == braces && !peek().is('{'))) return;
-      if (next().kind != Kind::kEnd) continue;
-      is_over_ = true;
-      fail("a '{' is never closed");
-    } catch (const EvaluationError&) {
-      if (is_over_) throw;
+      if (next().kind == Kind::kEnd) fail_at_limit("a '{' is never closed");
+    } catch (const EvaluationError& error) {
+      if (error.is_limit) throw;
     }
   }
 }
@@ -102,10 +100,7 @@ void Evaluation::read_bound_part(const Token& token, Object& object) {
     }
     expect('}');
   } else if (token.is('{')) {
-    const int braces = braces_ - 1;
-    while (braces_ > braces) {
-      if (next().kind == Kind::kEnd) fail("a '{' is never closed");
-    }
+    leave_block(braces_ - 1);
   } else if (token.kind == Kind::kWord) {
     skip_argument();
   }
@@ -159,9 +154,7 @@ Shape Evaluation::read_bound(std::string_view word) {
       const int braces = braces_;
       expect('{');
       add_triangle(part.text == "smooth_triangle");
-      while (braces_ > braces) {
-        if (next().kind == Kind::kEnd) fail("a '{' is never closed");
-      }
+      leave_block(braces);
     }
   } else if (word == "mesh2") {
     if (!accept("vertex_vectors")) fail("a mesh2 that does not begin with its vertices");

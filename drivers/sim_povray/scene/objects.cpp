@@ -18,6 +18,9 @@ const std::map<std::string_view, Combination> kCombinations{{"union", Combinatio
                                                             {"intersection", Combination::kIntersection},
                                                             {"difference", Combination::kDifference}};
 
+/// POV-Ray goes no deeper.
+constexpr double kMostTraceLevel = 256;
+
 /// Words of an object that change no pixel of an opaque scene without media, photons and radiosity, which is all that
 /// is supported.
 bool changes_nothing(std::string_view word) {
@@ -32,13 +35,28 @@ bool shows_no_shape(std::string_view word) {
   return kWords.contains(word);
 }
 
-void move_texture(Texture& texture, const Transform& transform) {
-  auto& steps = texture.pigment.steps;
-  if (!steps.empty() && std::holds_alternative<Transform>(steps.back())) {
-    steps.back() = std::get<Transform>(steps.back()).then(transform);
-  } else {
-    steps.emplace_back(transform);
+/// Returns the size of an object without its parts: 1 is a shape of one colour, some 400 bytes.
+std::size_t own_size(const Object& object) {
+  std::size_t size = 1;
+  const auto add_corners = [&size](const std::vector<Contour>& contours) {
+    for (const Contour& contour : contours) size += contour.size();
+  };
+  if (const auto* prism = std::get_if<Prism>(&object.shape)) add_corners(prism->contours);
+  if (const auto* polygon = std::get_if<Polygon>(&object.shape)) add_corners(polygon->contours);
+  constexpr std::size_t kEntries = 8;  // in 400 bytes
+  if (object.texture != nullptr) {
+    size += (object.texture->pigment.entries.size() + 4 * object.texture->pigment.steps.size()) / kEntries;
   }
+  return size;
+}
+
+std::size_t size_with_parts(const Object& object) {
+  std::size_t size = own_size(object);
+  for (const Object& clip : object.clipped_by) size += size_with_parts(clip);
+  if (const auto* csg = std::get_if<Csg>(&object.shape)) {
+    for (const Object& part : csg->parts) size += size_with_parts(part);
+  }
+  return size;
 }
 
 /// Returns whether a part of the object only bounds that of the text.
@@ -63,7 +81,7 @@ Box box_of_conic(const Prism& prism) {
 void move_object(Object& object, const Transform& transform) {
   if (object.texture != nullptr && object.texture->pigment.pattern != Pattern::kColour) {
     Texture texture = *object.texture;
-    move_texture(texture, transform);
+    move_pigment(texture.pigment, transform);
     object.texture = std::make_shared<const Texture>(std::move(texture));
   }
   for (Object& clip : object.clipped_by) move_object(clip, transform);
@@ -97,6 +115,14 @@ EvaluatedScene Evaluation::run() {
   }
   if (version_ < 3.5) fail("a #version before 3.5 is not supported");
   if (!camera_obstacle_.empty()) throw EvaluationError{camera_obstacle_};
+  for (SourceFile& file : files_) {
+    std::vector<bool>& reached = scene_.reached_words[file.path];
+    // A file that is included twice may be read differently.
+    for (std::size_t i = 0; i < reached.size() && i < file.reached.size(); ++i) {
+      if (reached[i]) file.reached[i] = true;
+    }
+    reached = std::move(file.reached);
+  }
   return std::move(scene_);
 }
 
@@ -105,6 +131,7 @@ void Evaluation::read_item(const Token& token) {
   if (is_lenient() && (token.kind != Token::Kind::kWord || shows_no_shape(token.text))) return skip_argument();
   if (token.text == "global_settings") return read_global_settings();
   if (token.text == "light_source") {
+    count_objects(1);
     scene_.lights.push_back(read_light());
   } else if (token.text == "camera") {
     // The last camera of a scene is the one that is used, so an earlier one may be of any kind.
@@ -113,6 +140,7 @@ void Evaluation::read_item(const Token& token) {
       scene_.camera = read_camera();
       camera_obstacle_.clear();
     } catch (const EvaluationError& error) {
+      if (error.is_limit) throw;
       camera_obstacle_ = error.message;
       while (braces_ > braces) {
         if (next().kind == Token::Kind::kEnd) throw;
@@ -138,6 +166,7 @@ void Evaluation::read_item(const Token& token) {
     if (object->texture == nullptr) object->texture = std::make_shared<const Texture>(default_);
     scene_.objects.push_back(*std::move(object));
   } else if (const auto* light = find_as<LightSource>(token.text)) {
+    count_objects(1);
     scene_.lights.push_back(*light);
   } else {
     if (const auto* why = find_as<Unusable>(token.text)) throw EvaluationError{why->why};
@@ -153,7 +182,7 @@ void Evaluation::read_global_settings() {
       has_assumed_gamma_ = true;
       if (number() != 1) unsupported(token, "other than 1 is not supported");
     } else if (word == "max_trace_level") {
-      scene_.max_trace_level = int(number());
+      scene_.max_trace_level = int(std::fmin(std::fmax(number(), 0), kMostTraceLevel));
     } else if (word == "adc_bailout") {
       scene_.adc_bailout = number();
       if (scene_.adc_bailout >= 1) unsupported(token, "of 1 or more is not supported");
@@ -171,8 +200,14 @@ void Evaluation::read_global_settings() {
 
 void Evaluation::place(Object& object, const Placing& placing) {
   if (object.mover != -1) fail("an object is transformed after its pose by a program");
+  count_tokens(size_with_parts(object));
   move_object(object, placing.transform);
   if (placing.mover) object.mover = *placing.mover;
+}
+
+Object Evaluation::copied(const Object& object) {
+  count_objects(size_with_parts(object));
+  return object;
 }
 
 std::string Evaluation::open_block() {
@@ -194,7 +229,7 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
     const Token inner = next();
     if (const auto* known = find_as<Object>(inner.text)) {
       note_use(inner.text);
-      object = *known;
+      object = copied(*known);
     } else if (auto read = read_object(inner)) {
       object = *std::move(read);
     } else {
@@ -212,7 +247,7 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
     // `box { Name ... }` is a declared object, as `object { Name ... }`.
     if (const auto* known = find_as<Object>(peek().text)) {
       note_use(peek().text);
-      object = *known;
+      object = copied(*known);
       (void)next();
     } else if (has_bound(word)) {
       object.shape = read_bound(word);
@@ -229,6 +264,7 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
     return std::nullopt;
   }
   read_object_parts(object);
+  count_objects(own_size(object));
   object.file = file;
   object.line = line;
   if (!name.empty()) object.name = name;
@@ -373,7 +409,7 @@ std::vector<Object> Evaluation::read_objects() {
     auto object = read_object(token);
     if (!object) {
       if (const auto* known = find_as<Object>(token.text)) {
-        object = *known;
+        object = copied(*known);
       } else {
         unsupported(token, "is not an object that is supported here");
       }
@@ -385,7 +421,10 @@ std::vector<Object> Evaluation::read_objects() {
 
 void Evaluation::skip_block() {
   const int braces = braces_;
-  if (!accept('{')) return;
+  if (accept('{')) leave_block(braces);
+}
+
+void Evaluation::leave_block(int braces) {
   while (braces_ > braces) {
     if (next().kind == Token::Kind::kEnd) fail("a '{' is never closed");
   }
@@ -439,8 +478,8 @@ bool Evaluation::read_object_part(const Token& token, Object& object) {
 void Evaluation::read_object_parts(Object& object) {
   for (Token token = next(); !token.is('}'); token = next()) {
     if (read_object_part(token, object)) continue;
-    if (token.kind == Token::Kind::kEnd) is_over_ = true;
-    if (is_lenient() && !is_over_) {
+    if (is_lenient()) {
+      if (token.kind == Token::Kind::kEnd) fail_at_limit("an object has no '}'");
       read_bound_part(token, object);
       continue;
     }

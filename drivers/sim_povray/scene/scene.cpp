@@ -25,6 +25,12 @@ const std::set<std::string_view> kObjects{
 
 }  // namespace
 
+SceneOutline outline(std::string_view text) {
+  TokenTree tree = take_apart(text);
+  if (tree.fault) throw SceneError(*std::move(tree.fault));
+  return std::move(tree.outline);
+}
+
 Scene::Scene(std::string path, std::string text, SceneOutline found)
     : path_(std::move(path)), text_(std::move(text)), found_(std::move(found)), prefix_("Twocone_") {
   while (text_.find(prefix_) != std::string::npos) prefix_ += '_';

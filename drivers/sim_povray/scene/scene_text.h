@@ -75,28 +75,19 @@ enum class SectionKind { kIf, kSwitch, kLoop, kMacro };
 /// Returns the kind of section that a directive begins: `ifdef` begins a kIf. Nothing: it begins none.
 std::optional<SectionKind> section_begun_by(std::string_view directive);
 
+/// POV-Ray's own limit of depth, and a size that no scene reaches. They end the reading of files that include each
+/// other.
+constexpr std::size_t kDeepestInclude = 32;
+constexpr std::size_t kMostIncludedBytes = std::size_t{32} << 20U;
+
 /// The content of an included file.
 struct IncludedFile {
   std::string path;
   std::string text;
   bool is_folder = false;
+  std::string refusal{};  ///< why a scene may not read it; empty: it may
 };
 /// Returns the file for the name in an `#include`; nothing: there is no such file.
 using IncludeReader = std::function<std::optional<IncludedFile>(const std::string& name)>;
-
-enum class Truth { kFalse, kTrue, kUnknown };
-
-/// Returns the value of the condition right after its directive if it is a literal: (0), (1), ((-2.5)), (false), (yes),
-/// ...; else kUnknown.
-Truth literal_condition(Lexer ahead);
-
-/// The branches of one `#if` or `#switch`, entered one after the other.
-struct Branches {
-  Truth reached = Truth::kTrue;  ///< whether the present branch's condition is evaluated at all
-  bool dead = false;             ///< the present branch is certainly not taken
-  bool uncertain = false;        ///< the present branch may or may not be taken, or is taken more than once
-
-  void enter(Truth condition);
-};
 
 }  // namespace twocone::sim_povray

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -22,9 +23,18 @@ const std::map<std::string_view, Wave> kWaves{
     {"scallop_wave", Wave::kScallop}, {"cubic_wave", Wave::kCubic},       {"poly_wave", Wave::kPoly},
 };
 
+/// The time of a colour doubles with each level of pigments in maps.
+constexpr int kMostNested = 10;
+/// POV-Ray accepts no more.
+constexpr std::size_t kMostEntries = 256;
+/// A pigment that is declared again and again from itself ends here; that of a person has less than ten.
+constexpr std::size_t kMostSteps = 1000;
+
 constexpr std::string_view kNotInPigment = "is not supported in a pigment";
 
-void move(Pigment& pigment, const Transform& transform) {
+}  // namespace
+
+void move_pigment(Pigment& pigment, const Transform& transform) {
   if (!pigment.steps.empty()) {
     if (auto* last = std::get_if<Transform>(&pigment.steps.back())) {
       *last = last->then(transform);
@@ -33,8 +43,6 @@ void move(Pigment& pigment, const Transform& transform) {
   }
   pigment.steps.emplace_back(transform);
 }
-
-}  // namespace
 
 bool Evaluation::read_transformation(const Token& token, Placing& placing) {
   const auto add = [&](const Transform& transform) {
@@ -161,6 +169,7 @@ ColourMap Evaluation::read_map(bool of_pigments) {
     }
     expect(']');
     map.push_back(std::move(entry));
+    if (map.size() > kMostEntries) fail_at_limit(fmt::format("a map has more than {} entries", kMostEntries));
   }
   if (map.empty()) fail("this map is empty");
   return map;
@@ -175,8 +184,7 @@ std::vector<PigmentEntry> Evaluation::read_list() {
     if (token.text == "pigment") {
       (void)next();
       entry.pigment = std::make_shared<const Pigment>(read_pigment());
-    } else if (token.text.starts_with("rgb") || token.text.starts_with("srgb") || token.text == "color" ||
-               token.text == "colour" || find_as<Number>(token.text) != nullptr) {
+    } else if (begins_colour(token)) {
       entry.colour = colour();
     } else {
       break;
@@ -235,7 +243,7 @@ bool Evaluation::read_pigment_part(const Token& token, Pigment& pigment) {
   };
   if (read_transformation(token, placing)) {
     if (placing.mover) unsupported(token, "gives a pigment the pose of a program");
-    move(pigment, placing.transform);
+    move_pigment(pigment, placing.transform);
   } else if (const auto* known = find_as<Pigment>(word)) {
     pigment = *known;
   } else if (word == "color_map" || word == "colour_map" || word == "pigment_map") {
@@ -262,15 +270,27 @@ bool Evaluation::read_pigment_part(const Token& token, Pigment& pigment) {
   return true;
 }
 
+void Evaluation::check_size(Pigment& pigment) {
+  pigment.nesting = 0;
+  for (const PigmentEntry& entry : pigment.entries) {
+    if (entry.pigment != nullptr) pigment.nesting = std::max(pigment.nesting, entry.pigment->nesting + 1);
+  }
+  if (pigment.nesting > kMostNested) fail_at_limit(fmt::format("pigments are nested more than {} deep", kMostNested));
+  if (pigment.steps.size() > kMostSteps) {
+    fail_at_limit(fmt::format("a pigment has more than {} transformations and warps", kMostSteps));
+  }
+}
+
 void Evaluation::read_pigment_parts(Pigment& pigment) {
   while (true) {
     const Token token = next();
-    if (token.is('}') || token.is(']')) return put_back(token);
+    if (token.is('}') || token.is(']')) {
+      check_size(pigment);
+      return put_back(token);
+    }
     if (token.is(',')) continue;
     if (token.kind == Token::Kind::kWord && read_pigment_part(token, pigment)) continue;
-    const bool is_number = token.kind == Token::Kind::kWord && find_as<Number>(token.text) != nullptr;
-    if (token.text != "color" && token.text != "colour" && !token.text.starts_with("rgb") &&
-        !token.text.starts_with("srgb") && !is_number) {
+    if (!begins_colour(token)) {
       if (const auto* why = find_as<Unusable>(token.text)) throw EvaluationError{why->why};
       unsupported(token, kNotInPigment);
     }
@@ -333,7 +353,7 @@ Texture Evaluation::read_texture() {
     Placing placing;
     if (read_transformation(token, placing)) {
       if (placing.mover) unsupported(token, "gives a texture the pose of a program");
-      move(texture.pigment, placing.transform);
+      move_pigment(texture.pigment, placing.transform);
     } else if (const auto* known = find_as<Texture>(token.text)) {
       texture = *known;
     } else if (token.text == "pigment") {

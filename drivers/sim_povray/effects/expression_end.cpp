@@ -1,128 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sim_povray/effects/token_tree.h"
+#include "drivers/sim_povray/effects/expression_end.h"
 
 #include <algorithm>
-
-#include "drivers/sim_povray/scene/scene_text.h"
+#include <set>
+#include <string_view>
 
 namespace twocone::sim_povray {
 namespace {
 
 using Kind = Token::Kind;
-
-/// Directives that end a branch of a section and begin the next.
-const std::set<std::string_view> kNextBranch{"else", "elseif", "case", "range"};
-
-class Pairing {
- public:
-  explicit Pairing(std::string_view text) : lexer_(text) {}
-
-  TokenTree run() {
-    for (Token token = lexer_.next(); token.kind != Kind::kEnd; token = lexer_.next()) {
-      if (token.kind == Kind::kName) continue;
-      if (token.kind == Kind::kDirective) {
-        directive(token);
-      } else if (!dead()) {
-        add(token);
-      }
-    }
-    if (!open_.empty()) tree_.leaks = true;
-    return std::move(tree_);
-  }
-
- private:
-  struct Open {
-    std::size_t index = 0;
-    bool section = false;
-    bool uneven = false;  // of a section: its brackets do not match within each branch
-    bool outer_dead = false;
-    Branches branches{};
-  };
-
-  [[nodiscard]] bool dead() const {
-    return !sections_.empty() && (open_[sections_.back()].outer_dead || open_[sections_.back()].branches.dead);
-  }
-
-  void add(const Token& token) {
-    const std::size_t index = tree_.tokens.size();
-    if (token.is('}') || token.is(')') || token.is(']')) close(token, index);
-    tree_.tokens.push_back(token);
-    tree_.partner.push_back(kNowhere);
-    tree_.around.push_back(open_.empty() ? kNowhere : open_.back().index);
-    if (token.is('{') || token.is('(') || token.is('[')) open_.push_back({.index = index});
-  }
-
-  void close(const Token& token, std::size_t index) {
-    const char opener = token.is('}') ? '{' : token.is(')') ? '(' : '[';
-    const auto top_is_bracket = [this] { return !open_.empty() && !open_.back().section; };
-    if (opener == '{') {
-      while (top_is_bracket() && !tree_.tokens[open_.back().index].is('{')) open_.pop_back();
-    }
-    if (open_.empty()) {
-      tree_.leaks = true;
-    } else if (open_.back().section) {
-      open_.back().uneven = true;
-    } else if (tree_.tokens[open_.back().index].is(opener)) {
-      tree_.partner[open_.back().index] = index;
-      open_.pop_back();
-    }
-  }
-
-  void directive(const Token& token) {
-    if (section_begun_by(token.text)) {
-      const bool seen = !dead();
-      if (seen) add(token);
-      Open open{.index = seen ? tree_.tokens.size() - 1 : kNowhere, .section = true, .outer_dead = !seen};
-      open.branches.enter(token.text == "if" ? literal_condition(lexer_) : Truth::kUnknown);
-      sections_.push_back(open_.size());
-      open_.push_back(open);
-      return;
-    }
-    const bool ends = token.text == "end";
-    if (!sections_.empty() && (ends || kNextBranch.contains(token.text))) {
-      drop_brackets();
-      if (ends) {
-        end_section();
-      } else {
-        open_.back().branches.enter(token.text == "elseif" ? literal_condition(lexer_)
-                                    : token.text == "else" ? Truth::kTrue
-                                                           : Truth::kUnknown);
-      }
-    }
-    if (!dead()) add(token);
-  }
-
-  /// Drops the brackets that a branch leaves open.
-  void drop_brackets() {
-    const std::size_t section = sections_.back();
-    if (open_.size() > section + 1) open_[section].uneven = true;
-    open_.resize(section + 1);
-  }
-
-  void end_section() {
-    const Open section = open_.back();
-    open_.pop_back();
-    sections_.pop_back();
-    if (section.index == kNowhere) return;
-    tree_.partner[section.index] = tree_.tokens.size();
-    if (!section.uneven) return;
-    if (tree_.tokens[section.index].text == "macro") {
-      const std::size_t name = section.index + 1;
-      if (name < tree_.tokens.size()) tree_.leaky_macros.insert(tree_.tokens[name].text);
-      return;
-    }
-    if (!sections_.empty()) {
-      open_[sections_.back()].uneven = true;
-    }
-    // It is unknown which bracket the section closed, so no bracket around it has a certain end.
-    while (!open_.empty() && !open_.back().section) open_.pop_back();
-  }
-
-  Lexer lexer_;
-  TokenTree tree_;
-  std::vector<Open> open_;
-  std::vector<std::size_t> sections_;  // indices in open_
-};
 
 const std::set<std::string_view> kColourWords{"color", "colour", "rgb",   "rgbf",   "rgbt",    "rgbft",
                                               "srgb",  "srgbf",  "srgbt", "srgbft", "red",     "green",
@@ -220,20 +106,6 @@ std::size_t after_value(const TokenTree& tree, std::size_t i) {
 }
 
 }  // namespace
-
-std::string_view TokenTree::keyword(std::size_t i) const {
-  return i != kNowhere && i > 0 && tokens[i].is('{') && tokens[i - 1].kind == Kind::kWord ? tokens[i - 1].text
-                                                                                          : std::string_view();
-}
-
-std::size_t TokenTree::brace_around(std::size_t i) const {
-  do {
-    i = around[i];
-  } while (i != kNowhere && !tokens[i].is('{'));
-  return i;
-}
-
-TokenTree take_apart(std::string_view text) { return Pairing(text).run(); }
 
 std::size_t after_expression(const TokenTree& tree, std::size_t i) {
   std::size_t end = after_operand(tree, i);

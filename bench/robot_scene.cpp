@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/robot_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "apps/config/to_layers.h"
+#include "drivers/sim_povray/effects/scene_calls.h"
+#include "drivers/sim_povray/render/mirror_finder.h"
+#include "drivers/sim_povray/render/povray/scene_access.h"
+#include "drivers/sim_povray/world/motion.h"
+#include "tests/support/value.h"
+
+namespace twocone::bench {
+namespace {
+
+using namespace twocone::sim_povray;
+using twocone::testing_support::value;
+
+constexpr double kBody_m = 0.3;
+
+bool is_near(const Solid& solid, const Pose2& pose) {
+  if (const auto* disc = std::get_if<Disc>(&solid.shape)) {
+    return std::hypot(pose.x_m - disc->centre.x_m, pose.y_m - disc->centre.y_m) < disc->radius_m + kBody_m;
+  }
+  // Its bounds are enough: obstacles are small.
+  FloorPoint low{1e9, 1e9}, high{-1e9, -1e9};
+  for (const FloorPoint& corner : std::get<Outline>(solid.shape)) {
+    low = {std::min(low.x_m, corner.x_m), std::min(low.y_m, corner.y_m)};
+    high = {std::max(high.x_m, corner.x_m), std::max(high.y_m, corner.y_m)};
+  }
+  return pose.x_m > low.x_m - kBody_m && pose.x_m < high.x_m + kBody_m && pose.y_m > low.y_m - kBody_m &&
+         pose.y_m < high.y_m + kBody_m;
+}
+
+}  // namespace
+
+RobotScene::RobotScene(const config::Robot& robot, const ImageSize& size)
+    : map_(config::read_map(robot.map)), place_(config::to_place(map_)), scene_(value(Scene::read(place_.scene))) {
+  const NamedBlock carrier = value(scene_.robot(robot.name));
+  for (const std::string& name : scene_.names()) {
+    if (name != "robot" && !name.starts_with("robot.") && !name.starts_with("moving.")) continue;
+    if (name == carrier.name) carrier_ = movers_.size();
+    movers_.push_back(value(scene_.object(name)));
+  }
+  start_ = config::to_start_pose(robot);
+  povray_ = std::make_unique<Povray>(value(confined_povray(place_, scene_)));
+  for (const char* const camera : {"lower", "upper"}) views_.push_back(view(carrier, camera, size));
+}
+
+Pose2 RobotScene::pose_anywhere(std::mt19937_64& random) const {
+  const auto between = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const config::Bounds& b = map_.bounds;
+  return {between(b.min_x_m + kBody_m, b.max_x_m - kBody_m), between(b.min_y_m + kBody_m, b.max_y_m - kBody_m),
+          between(-M_PI, M_PI)};
+}
+
+Pose2 RobotScene::free_pose(std::mt19937_64& random) const {
+  Pose2 there;
+  do {
+    there = pose_anywhere(random);
+  } while (std::ranges::any_of(place_.solids, [&](const Solid& solid) { return is_near(solid, there); }));
+  return there;
+}
+
+std::string RobotScene::text_of(const Pose2& pose) const { return text_of(motion_between(start_, pose)); }
+
+std::string RobotScene::text_of(const FloorMotion& motion) const {
+  std::vector<FloorMotion> motions(movers_.size());
+  motions[carrier_] = motion;
+  return scene_.pose_text(motions, motion, map_.unit_m);
+}
+
+RobotView RobotScene::view(const NamedBlock& carrier, const std::string& name, const ImageSize& size) {
+  const NamedBlock camera = value(scene_.camera_of(carrier, name));
+  const auto sight = value(find_mirror(*povray_, scene_, carrier, camera, size.width_px, size.height_px, -1));
+  ViewTemplate view_template = scene_.view_template(movers_, camera, sight ? sight->mask : "");
+  if (sight) view_template.window = sight->window;
+  view_template.carrier = int(carrier_);
+  view_template.width_px = size.width_px;
+  view_template.height_px = size.height_px;
+  view_template.antialias = size.antialias;
+  view_template.quality = kPlainQuality;
+  SceneAccess access(place_.scene, place_.scene_paths);
+  auto native = NativeView::make(view_template, scene_.path(), include_reader(access));
+  if (!native) obstacle_ = native.error().message;
+  return {std::make_shared<const ViewTemplate>(view_template), native ? *native : nullptr};
+}
+
+Image rendered(const NativeView& view, const std::string& pose) {
+  const auto poses = parse_poses(pose);
+  Image image{view.width_px(), view.height_px(), PixelFormat::kRgb8,
+              Bytes(std::vector<std::uint8_t>(3 * std::size_t(view.width_px()) * std::size_t(view.height_px())))};
+  const NativeView::Moment moment = view.at(*poses);
+  for (int band = 0; band < view.bands(); ++band) view.render(moment, band, image);
+  return image;
+}
+
+}  // namespace twocone::bench
