@@ -30,6 +30,8 @@ constexpr int kAirGrid = 16;
 constexpr double kUpright = 1e-6;
 /// Heights at which cells_of() looks for what crosses the cell.
 constexpr int kLevels = 8;
+/// What ends at the lower height of cells_of() is not above it, whatever rounding does.
+constexpr double kAboveLow_m = 1e-6;
 
 /// The index of the pose of what is not still.
 constexpr int kNotStill = 0;
@@ -198,6 +200,7 @@ std::vector<std::uint8_t> SceneGeometry::cells_of(int object, const FloorGrid& g
   const auto box = bounds(object);
   const double side = grid.cell_m;
   std::vector<std::uint8_t> cells(grid.size());
+  low_m += kAboveLow_m;
   if (box && (box->high.z <= low_m || box->low.z >= high_m)) return cells;
   const bool is_filled = box && !contains(object, air);
   const bool is_small = box && box->high.x - box->low.x <= 2 * side && box->high.y - box->low.y <= 2 * side;

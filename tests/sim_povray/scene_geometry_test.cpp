@@ -100,7 +100,8 @@ TEST(SceneGeometry, CellsHoldWhatStandsInThemBetweenTwoHeights) {
       "box { <-1.7, 0, -0.01>, <-0.3, 4, 0.01> rotate 30*y }\n"  // a thin wall
       "cylinder { <-1.3, 0, 1.7>, <-1.3, 4, 1.7>, 0.003 }\n"     // a stick
       "box { <-1, 1.7, 0.5>, <1, 1.8, 1> }\n"                    // too high
-      "plane { y, 0 }\n");
+      "plane { y, 0 }\n"
+      "cylinder { 0, 0.04*y, 0.5 }\n");  // a plate that ends at the lower height
   ASSERT_TRUE(scene) << scene.geometry.error().message;
   const auto count = [&](int object) {
     const auto cells = scene->cells_of(object, grid, 0.02, 0.8, air);
@@ -112,6 +113,7 @@ TEST(SceneGeometry, CellsHoldWhatStandsInThemBetweenTwoHeights) {
   EXPECT_GE(count(3), 1);
   EXPECT_EQ(count(4), 0);
   EXPECT_EQ(count(5), 0);
+  EXPECT_EQ(count(6), 0);
   const auto cells = scene->cells_of(0, grid, 0.02, 0.8, air);
   EXPECT_EQ(cells[11 * 20 + 13], 255) << "x 0.3 to 0.4 m, y 0.1 to 0.2 m";
   EXPECT_EQ(cells[10 * 20 + 13], 0);
