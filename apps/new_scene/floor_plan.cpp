@@ -11,23 +11,8 @@
 namespace twocone::new_scene {
 namespace {
 
-/// A hull that covers so much more than its object's cells hides floor: rectangles serve instead.
-constexpr double kLoosest = 1.2;
-/// Cells at a hull's slanted edges are covered in part.
-constexpr double kLooseCells = 4;
 /// Without a camera, the open is far above everything that a robot could meet.
 constexpr double kHigh_m = 1e4;
-
-/// Returns the convex hull of cells, in the grid's corners.
-std::vector<cv::Point> hull_of(const cv::Mat1b& cells) {
-  std::vector<cv::Point> places, corners, hull;
-  cv::findNonZero(cells, places);
-  for (const cv::Point& place : places) {
-    for (const cv::Point& corner : {cv::Point(0, 0), {1, 0}, {1, 1}, {0, 1}}) corners.push_back(place + corner);
-  }
-  cv::convexHull(corners, hull, false);
-  return hull;
-}
 
 }  // namespace
 
@@ -79,18 +64,29 @@ void FloorPlan::add(const cv::Mat1b& cells, cv::Mat1b& covered, const std::strin
     const cv::Mat1b part(labels == label);
     if (cv::countNonZero(part & ~covered) == 0) continue;
     covered |= part;
-    occupied_ |= part;
-    std::vector<cv::Point> hull = hull_of(part);
-    if (cv::contourArea(hull) > kLoosest * cv::countNonZero(part) + kLooseCells) {
+    std::vector<cv::Point> places, hull;
+    cv::findNonZero(part, places);
+    cv::convexHull(places, hull);
+    cv::Mat1b within(kCells, kCells, uchar{0});
+    cv::fillConvexPoly(within, hull, cv::Scalar(255));
+    // A hull hides floor if the robot's axis could be in it; rectangles serve instead.
+    cv::Mat1f away;
+    cv::distanceTransform(part == 0, away, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    double most = 0;
+    cv::minMaxLoc(away, nullptr, &most, nullptr, nullptr, within);
+    if (kCell_m * (most - 0.5) > StandardRobot::kRadius_m) {
+      occupied_ |= part;
       std::ranges::move(rectangles_of(part.clone(), what), std::back_inserter(obstacles_));
       continue;
     }
-    FoundObstacle& obstacle = obstacles_.emplace_back(FoundObstacle{{}, what});
-    for (cv::Point& p : hull) {
-      obstacle.corners.push_back({x_m(p.x), y_m(p.y)});
-      p = 2 * p - cv::Point(1, 1);  // half cells from the middle of the first one
+    occupied_ |= within;
+    std::vector<cv::Point> corners;
+    for (const cv::Point& place : places) {
+      for (const cv::Point& corner : {cv::Point(0, 0), {1, 0}, {1, 1}, {0, 1}}) corners.push_back(place + corner);
     }
-    cv::fillConvexPoly(occupied_, hull, cv::Scalar(255), cv::LINE_8, 1);
+    cv::convexHull(corners, hull);
+    FoundObstacle& obstacle = obstacles_.emplace_back(FoundObstacle{{}, what});
+    for (const cv::Point& p : hull) obstacle.corners.push_back({x_m(p.x), y_m(p.y)});
   }
 }
 
