@@ -134,10 +134,10 @@ Floor find_floor(const SceneGeometry& geometry, const RoomSettings& settings) {
   }
 
   Floor floor;
-  std::vector<double> heights;
-  for (const Seen& seen : level) heights.push_back(seen.surface.point.z);
-  floor.units = median(heights);
-  const auto& object = geometry.objects()[std::size_t(level[level.size() / 2].surface.object)];
+  std::ranges::sort(level, {}, [](const Seen& seen) { return seen.surface.point.z; });
+  const sim_povray::SurfacePoint& middle = level[level.size() / 2].surface;
+  floor.units = middle.point.z;
+  const auto& object = geometry.objects()[std::size_t(middle.object)];
   floor.place = fmt::format("{}, {}", object.kind, object.place());
 
   if (settings.unit_m) {

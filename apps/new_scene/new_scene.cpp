@@ -17,6 +17,9 @@ namespace {
 /// Beyond this room around the start, more is no better.
 constexpr double kEnough_m = 2.5;
 
+/// Landmarks in sight, room, and nearness to the middle of the image.
+using Rank = std::tuple<std::size_t, double, double>;
+
 /// Returns how many of the landmarks the robot sees.
 std::size_t seen_from(const FloorPoint& place, const SceneGeometry& geometry,
                       const std::vector<FoundLandmark>& landmarks) {
@@ -26,15 +29,14 @@ std::size_t seen_from(const FloorPoint& place, const SceneGeometry& geometry,
 
 /// Returns places for the start, the best first: where landmarks are in sight, then where most room is, then near the
 /// middle of the image.
-std::vector<FloorPoint> starts(const FloorPlan& plan, const SceneGeometry& geometry, const FloorPoint& centre,
-                               const std::vector<FoundLandmark>& landmarks) {
-  constexpr int kStep = 4;  // cells
+std::vector<std::pair<Rank, FloorPoint>> starts(const FloorPlan& plan, const SceneGeometry& geometry,
+                                                const FloorPoint& centre, const std::vector<FoundLandmark>& landmarks) {
+  constexpr std::size_t kStep = 4;  // cells
   constexpr double kLeast_m = StandardRobot::kRadius_m + 0.10;
-  using Rank = std::tuple<std::size_t, double, double>;
   std::vector<std::pair<Rank, FloorPoint>> ranked;
-  for (int row = 0; row < FloorPlan::kCells; row += kStep) {
-    for (int column = 0; column < FloorPlan::kCells; column += kStep) {
-      const FloorPoint here = plan.grid().centre(std::size_t(row * FloorPlan::kCells + column));
+  for (std::size_t row = 0; row < FloorPlan::kCells; row += kStep) {
+    for (std::size_t column = 0; column < FloorPlan::kCells; column += kStep) {
+      const FloorPoint here = plan.grid().centre(row * FloorPlan::kCells + column);
       const double room_m = plan.clearance_m(here);
       if (room_m < kLeast_m) continue;
       const double away_m = std::hypot(here.x_m - centre.x_m, here.y_m - centre.y_m);
@@ -44,9 +46,7 @@ std::vector<FloorPoint> starts(const FloorPlan& plan, const SceneGeometry& geome
     }
   }
   std::ranges::stable_sort(ranked, std::ranges::greater{}, [](const auto& item) { return item.first; });
-  std::vector<FloorPoint> places;
-  for (const auto& [rank, place] : ranked) places.push_back(place);
-  return places;
+  return ranked;
 }
 
 void add_to(Bounds& bounds, const Landmark& landmark) {
@@ -84,10 +84,10 @@ Room find_room(const RoomSettings& settings) {
   std::vector<FoundLandmark> added;
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < std::min(kTries, places.size()) && chosen == nullptr; ++i) {
-    const std::size_t seen = seen_from(places[i], geometry, room.landmarks);
+    const std::size_t seen = seen_from(places[i].second, geometry, room.landmarks);
     warnings.clear();
-    if (seen < kFewestLandmarks) added = added_landmarks(geometry, plan, places[i], room.landmarks, warnings);
-    if (seen + added.size() >= kFewestLandmarks) chosen = &places[i];
+    if (seen < kFewestLandmarks) added = added_landmarks(geometry, plan, places[i].second, room.landmarks, warnings);
+    if (seen + added.size() >= kFewestLandmarks) chosen = &places[i].second;
   }
   if (chosen == nullptr) {
     throw NoPlace("{}: a robot has room, but no {} landmarks in its sight (1 unit is taken as {:.4g} m)",

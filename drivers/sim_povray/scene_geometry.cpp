@@ -119,8 +119,9 @@ std::string SceneObject::place() const { return fmt::format("{}:{}", file, line)
 std::string SceneObject::describe() const { return fmt::format("{} of {}", kind, place()); }
 
 FloorPoint FloorGrid::centre(std::size_t cell) const {
-  return {corner.x_m + cell_m * (double(cell % std::size_t(columns)) + 0.5),
-          corner.y_m + cell_m * (double(cell / std::size_t(columns)) + 0.5)};
+  const std::size_t row = cell / std::size_t(columns);
+  const std::size_t column = cell % std::size_t(columns);
+  return {corner.x_m + cell_m * (double(column) + 0.5), corner.y_m + cell_m * (double(row) + 0.5)};
 }
 
 struct SceneGeometry::Content {
@@ -310,7 +311,7 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
   auto bundle = std::make_unique<RayBundle>();
   auto seen = std::make_unique<SeenTile>();
   auto means = std::make_unique<TileVectors>();
-  std::array<std::uint8_t, 3 * kTileRays> means_bytes;
+  std::array<std::uint8_t, std::size_t{3} * kTileRays> means_bytes;
   const PosedScene posed(in.scene, in.poses);
   const Vec3 down{0, -1, 0};
   constexpr int kSide = kSamples * kTilePixels;
@@ -340,7 +341,8 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
       }
       srgb_bytes(*means, means_bytes);
       for (int y = top; y < std::min(top + kTilePixels, height_px); ++y) {
-        std::copy_n(means_bytes.data() + 3 * kTilePixels * (y - top), 3 * std::min(kTilePixels, width_px - left),
+        std::copy_n(means_bytes.data() + std::size_t{3} * kTilePixels * std::size_t(y - top),
+                    3 * std::min(kTilePixels, width_px - left),
                     bytes + 3 * (std::size_t(y) * std::size_t(width_px) + std::size_t(left)));
       }
     }

@@ -118,6 +118,11 @@ Shape Evaluation::read_bound(std::string_view word) {
     comma();
     return value;
   };
+  const auto next_count = [&] {
+    const double count = next_number();
+    if (!(count >= 0 && count <= double(settings_.most_objects))) fail("this number of points is not supported");
+    return int(count);
+  };
   PointBox around;
   const auto add_triangle = [&](bool has_normals) {
     for (int i = 0; i < 3; ++i) {
@@ -159,7 +164,7 @@ Shape Evaluation::read_bound(std::string_view word) {
   } else if (word == "mesh2") {
     if (!accept("vertex_vectors")) fail("a mesh2 that does not begin with its vertices");
     expect('{');
-    for (double left = next_number(); left > 0; --left) around.add(next_vector());
+    for (int left = next_count(); left > 0; --left) around.add(next_vector());
     expect('}');
   } else if (word == "blob") {
     Csg parts;
@@ -170,6 +175,7 @@ Shape Evaluation::read_bound(std::string_view word) {
       } else if (token.text == "component") {
         (void)next_number();
         const double radius = next_number();
+        count_objects(1);
         parts.parts.push_back(
             {.shape = Sphere{next_vector(), radius}, .file = inputs_.back().file->shared_path, .line = line_});
       } else if (auto part = read_object(token)) {
@@ -182,14 +188,14 @@ Shape Evaluation::read_bound(std::string_view word) {
     }
   } else if (word == "sphere_sweep") {
     (void)next();  // its kind of spline
-    for (double left = next_number(); left > 0; --left) {
+    for (int left = next_count(); left > 0; --left) {
       const Vec3 centre = next_vector();
       around.add(centre, next_number());
     }
   } else {  // lathe, sor: a contour that is turned about the y axis
     if (peek().text.ends_with("_spline")) (void)next();
     double radius = 0;
-    for (double left = next_number(); left > 0; --left) {
+    for (int left = next_count(); left > 0; --left) {
       const Vec3 corner = next_vector();
       radius = std::max(radius, std::abs(corner.x));
       around.add({0, corner.y, 0});
