@@ -134,6 +134,7 @@ TEST(Evaluator, WhatDoesNotEndOrGrowsIsRefused) {
           Case{"#macro M()\nM() #end M()", "t.pov:2: more than 100 macros and files are open"},
           Case{"#macro A() B() #end #macro B()\nA() #end A()", "more than 100 macros and files are open"},
           Case{"#macro M(X) M(X + 1) #end M(0)", "t.pov:1: more than 100 macros and files are open"},
+          Case{"#while (1\n#end", "this is nested too deeply"},
           Case{"\n#while (1)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
           Case{"#for (I, 0, 1e300)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
           Case{"#for (I, 0, 1, 1e-300)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},

@@ -167,6 +167,7 @@ void Evaluation::set(const std::string& name, Value value, bool local) {
 }
 
 void Evaluation::directive(const Token& token) {
+  const Level level(*this);  // a condition without its end reads the next directive
   const std::string_view word = token.text;
   if (word == "declare" || word == "local") {
     declare(word == "local");
