@@ -31,6 +31,16 @@ double hue_distance(double a_rad, double b_rad) {
 
 }  // namespace
 
+double saturation(const std::array<double, 3>& rgb) {
+  const auto [least, greatest] = std::ranges::minmax(rgb);
+  return greatest > 0 ? (greatest - least) / greatest : 0;
+}
+
+double hue_distance_rad(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  const auto hue_rad = [](const std::array<double, 3>& c) { return saturation(c) > 0 ? hue_of(c[0], c[1], c[2]) : 0; };
+  return hue_distance(hue_rad(a), hue_rad(b));
+}
+
 HueLabels::HueLabels(const std::vector<Eigen::Vector3d>& colours) {
   if (colours.size() > 255) throw base::InvalidArgument("HueLabels: {} colours, at most 255", colours.size());
   for (const Eigen::Vector3d& c : colours) {

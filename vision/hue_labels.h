@@ -14,6 +14,12 @@
 
 namespace twocone::vision {
 
+/// Returns (max - min) / max of a colour in linear light, 0 of black.
+double saturation(const std::array<double, 3>& rgb);
+/// Returns the angle between the hexagonal hues of two colours in linear light (hue as in HSV), 0 to pi. Grey counts as
+/// red.
+double hue_distance_rad(const std::array<double, 3>& a, const std::array<double, 3>& b);
+
 /// Labels each pixel with the landmark whose colour it has, if any: the "colour threshold" of method `paper`.
 ///
 /// Pixels are decoded from sRGB to linear light. In linear light, shadow and distance scale r, g and b alike, so hue

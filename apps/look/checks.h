@@ -19,7 +19,9 @@ struct Subject {
   const config::Map& map;
   const sim_povray::KeyPlaces& places;  ///< of robot file and map
 
-  /// Returns the file and line of the map's nth obstacle or landmark. @param list "obstacles" or "landmarks"
+  /// Returns the file and line of `start:`, and of the map's nth obstacle or landmark.
+  /// @param list "obstacles" or "landmarks"
+  [[nodiscard]] std::string place_of_start() const;
   [[nodiscard]] std::string place_of(std::string_view list, std::size_t index) const;
   /// Returns the height of the upper mirror's rim over the floor, by the robot file's `rig:`.
   [[nodiscard]] double robot_height_m() const;

@@ -184,10 +184,9 @@ void draw_robot(Plan& plan, const config::Robot& robot) {
 }
 
 void draw_findings(Plan& plan, const Look& look) {
-  for (const Uncovered& square : look.uncovered) {
+  for (const FloorPoint& p : look.uncovered) {
     plan.add("<rect class=\"uncovered\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{:.2f}\"/>",
-             plan.x(square.centre.x_m - square.side_m / 2), plan.y(square.centre.y_m + square.side_m / 2),
-             plan.px(square.side_m), plan.px(square.side_m));
+             plan.x(p.x_m - kCell_m / 2), plan.y(p.y_m + kCell_m / 2), plan.px(kCell_m), plan.px(kCell_m));
   }
   std::map<std::pair<double, double>, int> at_place;
   for (std::size_t i = 0; i < look.findings.size(); ++i) {

@@ -16,7 +16,7 @@
 namespace twocone::look {
 namespace {
 
-using Rgb = std::array<double, 3>;
+using sim_povray::Rgb;
 
 /// Rays around the axis at each height, and where these heights are, as shares of the top's.
 constexpr int kBearings = 48;
@@ -31,18 +31,13 @@ constexpr double kTopReach = 4;
 constexpr int kTopBearings = 8;
 constexpr double kTopAccuracy_m = 1e-5;
 
-double hue_deg(const Rgb& c) {
-  return std::atan2(std::numbers::sqrt3 * (c[1] - c[2]), 2 * c[0] - c[1] - c[2]) * 180 / std::numbers::pi;
+double hue_difference_deg(const Rgb& a, const Rgb& b) {
+  return vision::hue_distance_rad(a, b) * 180 / std::numbers::pi;
 }
 
-double hue_difference_deg(const Rgb& a, const Rgb& b) { return std::abs(std::remainder(hue_deg(a) - hue_deg(b), 360)); }
+bool is_coloured(const Rgb& c) { return vision::saturation(c) >= vision::HueLabels::kMinSaturation; }
 
-bool is_coloured(const Rgb& c) {
-  const auto [least, most] = std::ranges::minmax(c);
-  return most > 0 && (most - least) / most >= vision::HueLabels::kMinSaturation;
-}
-
-sim_povray::WorldVector level(double bearing_rad) { return {std::cos(bearing_rad), std::sin(bearing_rad), 0}; }
+sim_povray::Vec3 level(double bearing_rad) { return {std::cos(bearing_rad), std::sin(bearing_rad), 0}; }
 
 struct Side {
   FloorPoint centre{};
@@ -52,18 +47,16 @@ struct Side {
   int object = 0;
 };
 
-/// Returns the farthest surface of the object that a ray meets first.
-std::optional<std::pair<double, sim_povray::SurfacePoint>> side_along(const sim_povray::SceneGeometry& scene,
-                                                                      sim_povray::WorldVector from, double bearing_rad,
-                                                                      double reach_m) {
-  const sim_povray::WorldVector direction = level(bearing_rad);
-  std::optional<std::pair<double, sim_povray::SurfacePoint>> found;
-  double gone_m = 0;
-  while (const auto hit = scene.cast(from, direction, reach_m - gone_m)) {
-    if (found && hit->object != found->second.object) break;
-    gone_m += hit->distance_m;
-    for (std::size_t i = 0; i < 3; ++i) from[i] += direction[i] * hit->distance_m;
-    found = {gone_m, *hit};
+/// Returns the farthest surface of the object that a ray from the axis meets first.
+std::optional<sim_povray::SurfacePoint> side_along(const sim_povray::SceneGeometry& scene, const sim_povray::Vec3& axis,
+                                                   double bearing_rad, double reach_m) {
+  std::optional<sim_povray::SurfacePoint> found;
+  sim_povray::Vec3 from = axis;
+  while (const auto hit = scene.cast(from, level(bearing_rad), reach_m)) {
+    if (found && hit->object != found->object) break;
+    reach_m -= hit->distance_m;
+    from = hit->point;
+    found = hit;
   }
   return found;
 }
@@ -95,10 +88,10 @@ std::optional<Side> side_of(const sim_povray::SceneGeometry& scene, const Landma
       const auto seen = side_along(scene, {landmark.x_m, landmark.y_m, share * landmark.top_m}, bearing_rad,
                                    kReach * landmark.radius_m);
       if (!seen) continue;
-      auto& [points, colour] = by_object[seen->second.object];
+      auto& [points, colour] = by_object[seen->object];
       // Relative to the axis, so that no digits cancel in the squares.
-      points.emplace_back(seen->first * std::cos(bearing_rad), seen->first * std::sin(bearing_rad));
-      for (std::size_t c = 0; c < 3; ++c) colour[c] += seen->second.colour[c];
+      points.emplace_back(seen->point.x - landmark.x_m, seen->point.y - landmark.y_m);
+      for (std::size_t c = 0; c < 3; ++c) colour[c] += seen->colour[c];
     }
   }
   const auto most =
@@ -141,8 +134,8 @@ std::string nearest_of_colour(const sim_povray::SceneGeometry& scene, const Land
   const std::vector<sim_povray::SceneCylinder> cylinders = scene.upright_cylinders();
   for (const auto& cylinder : cylinders) {
     const double distance_m = std::hypot(cylinder.x_m - landmark.x_m, cylinder.y_m - landmark.y_m);
-    const bool fits = is_coloured(cylinder.colour) && hue_difference_deg(cylinder.colour, landmark.colour) < kHue_deg &&
-                      distance_m < least_m;
+    const bool fits = cylinder.colour && is_coloured(*cylinder.colour) &&
+                      hue_difference_deg(*cylinder.colour, landmark.colour) < kHue_deg && distance_m < least_m;
     if (!fits) continue;
     least_m = distance_m;
     nearest = &cylinder;

@@ -96,8 +96,7 @@ Result<FirstImages> first_images(const drivers::RobotSettings& settings, const s
 
 /// Compares the start with where the scene shows the robot.
 void check_start_place(const Subject& subject, const drivers::SimulatedWorld& world, Look& look) {
-  const auto key = subject.places.find("start");
-  const std::string at = key != subject.places.end() ? key->second : subject.robot.file.string();
+  const std::string at = subject.place_of_start();
   const auto shown = sim_povray::shown_camera(world.place, world.session.name, "lower", std::stop_token());
   if (!shown) {
     look.notes.push_back(fmt::format("note: {}: start was not compared with where the scene shows the robot: {}", at,
@@ -129,6 +128,11 @@ sim_povray::OverheadView plan_view(const Subject& subject, const sim_povray::Sce
 }
 
 }  // namespace
+
+std::string Subject::place_of_start() const {
+  const auto found = places.find("start");
+  return found == places.end() ? robot.file.string() : found->second;
+}
 
 std::string Subject::place_of(std::string_view list, std::size_t index) const {
   const auto found = places.find(fmt::format("map.{}[{}]", list, index));

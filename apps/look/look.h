@@ -36,15 +36,10 @@ struct Finding {
   std::optional<Disc> in_scene{};
 };
 
-/// A square of the floor that holds something and that nothing of the map covers.
-struct Uncovered {
-  FloorPoint centre{};
-  double side_m = 0;
-};
-
 struct Look {
   std::vector<Finding> findings{};
-  std::vector<Uncovered> uncovered{};  ///< the squares of all findings of kind kNotOnMap
+  /// Middles of the cells (kCell_m) that hold something and that nothing of the map covers.
+  std::vector<FloorPoint> uncovered{};
   /// What a person should know and what is no disagreement: a check that was not possible, a rig that differs from the
   /// images.
   std::vector<std::string> notes{};

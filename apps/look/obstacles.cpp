@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,52 +14,6 @@
 namespace twocone::look {
 namespace {
 
-/// What a cell of the floor holds.
-struct Cell {
-  int object = -1;   ///< the highest object there, at most as high as the robot; -1: none
-  double top_m = 0;  ///< of it
-  std::vector<int> inside{};
-};
-
-/// The floor within the map's bounds, divided into squares.
-struct Grid {
-  Grid(const config::Bounds& bounds, const sim_povray::SceneGeometry& scene, double height_m)
-      : columns(std::max(1, int(std::ceil((bounds.max_x_m - bounds.min_x_m) / kCell_m)))),
-        rows(std::max(1, int(std::ceil((bounds.max_y_m - bounds.min_y_m) / kCell_m)))),
-        corner{bounds.min_x_m, bounds.min_y_m},
-        cells(std::size_t(columns) * std::size_t(rows)) {
-    std::map<int, std::size_t> cells_inside;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const FloorPoint p = centre(i);
-      Cell& cell = cells[i];
-      if (const auto hit = scene.cast({p.x_m, p.y_m, height_m}, {0, 0, -1}, height_m - kLow_m)) {
-        cell.object = hit->object;
-        cell.top_m = height_m - hit->distance_m;
-      }
-      cell.inside = scene.around({p.x_m, p.y_m, height_m});
-      for (const int object : cell.inside) ++cells_inside[object];
-    }
-    // An object that has most of the room inside, at the robot's height, is its shell: what it holds is air.
-    for (Cell& cell : cells) {
-      for (const int object : cell.inside) {
-        if (cells_inside[object] > cells.size() / 2) continue;
-        cell.object = object;
-        cell.top_m = height_m;
-      }
-    }
-  }
-
-  [[nodiscard]] FloorPoint centre(std::size_t i) const {
-    const std::size_t column = i % std::size_t(columns);
-    const std::size_t row = i / std::size_t(columns);
-    return {corner.x_m + (double(column) + 0.5) * kCell_m, corner.y_m + (double(row) + 0.5) * kCell_m};
-  }
-
-  int columns, rows;
-  FloorPoint corner;
-  std::vector<Cell> cells;  ///< row by row, from the corner
-};
-
 /// A thing of the scene that nothing of the map covers: cells that touch each other.
 struct Thing {
   double min_x_m = std::numeric_limits<double>::infinity(), max_x_m = -min_x_m;
@@ -68,13 +21,13 @@ struct Thing {
   double top_m = 0;
   std::map<int, int> cells_of{};  ///< by object
 
-  void add(const FloorPoint& p, const Cell& cell) {
+  void add(const FloorPoint& p, int object, double top) {
     min_x_m = std::min(min_x_m, p.x_m - kCell_m / 2);
     max_x_m = std::max(max_x_m, p.x_m + kCell_m / 2);
     min_y_m = std::min(min_y_m, p.y_m - kCell_m / 2);
     max_y_m = std::max(max_y_m, p.y_m + kCell_m / 2);
-    top_m = std::max(top_m, cell.top_m);
-    ++cells_of[cell.object];
+    top_m = std::max(top_m, top);
+    ++cells_of[object];
   }
 };
 
@@ -87,9 +40,9 @@ std::string describe(const Thing& thing, const sim_povray::SceneGeometry& scene,
                                                        : "";
   const std::string high = thing.top_m >= height_m ? fmt::format("{:.2f} m or more high", height_m)
                                                    : fmt::format("up to {:.2f} m high", thing.top_m);
-  return fmt::format("{}:{}: {}{} at x {:.2f} to {:.2f}, y {:.2f} to {:.2f}, {}: no obstacle of {} covers it",
-                     object.file, object.line, object.kind, others, thing.min_x_m, thing.max_x_m, thing.min_y_m,
-                     thing.max_y_m, high, map_file);
+  return fmt::format("{}: {}{} at x {:.2f} to {:.2f}, y {:.2f} to {:.2f}, {}: no obstacle of {} covers it",
+                     object.place(), object.kind, others, thing.min_x_m, thing.max_x_m, thing.min_y_m, thing.max_y_m,
+                     high, map_file);
 }
 
 /// Returns the map's landmark or obstacle alone, as what may be there.
@@ -116,26 +69,42 @@ FloorPoint middle_of(const config::Obstacle& obstacle) {
 
 void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& scene, Look& look) {
   const double height_m = subject.robot_height_m();
-  const Grid grid(subject.map.bounds, scene, height_m);
+  const config::Bounds& bounds = subject.map.bounds;
+  const sim_povray::FloorGrid grid{{bounds.min_x_m, bounds.min_y_m},
+                                   kCell_m,
+                                   std::max(1, int(std::ceil((bounds.max_x_m - bounds.min_x_m) / kCell_m))),
+                                   std::max(1, int(std::ceil((bounds.max_y_m - bounds.min_y_m) / kCell_m)))};
+  const localisation::Pose start = config::to_start_pose(subject.robot);
+  std::vector<int> held(grid.size(), -1);  // the highest object of each cell; -1: none
+  std::vector<double> top_m;               // of each object
+  for (int object = 0; object < int(scene.objects().size()); ++object) {
+    const auto box = scene.bounds(object);
+    top_m.push_back(box ? box->high.z : height_m);
+    if (!scene.objects()[std::size_t(object)].is_still) continue;
+    const auto cells = scene.cells_of(object, grid, kLow_m, height_m, {start.x_m, start.y_m, height_m});
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (cells[i] != 0 && (held[i] < 0 || top_m[std::size_t(held[i])] < top_m.back())) held[i] = object;
+    }
+  }
   behaviours::Arena arena = config::to_arena(subject.map);
   // A landmark that stands elsewhere is a finding already.
   for (const Finding& finding : look.findings) {
     if (finding.in_scene) arena.discs.push_back(*finding.in_scene);
   }
   cv::Mat1b uncovered(grid.rows, grid.columns, std::uint8_t{0});
-  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
-    if (grid.cells[i].object < 0) continue;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    if (held[i] < 0) continue;
     const FloorPoint p = grid.centre(i);
     if (arena.clearance_m({p.x_m, p.y_m}) <= kCover_m) continue;
     uncovered.data[i] = 255;
-    look.uncovered.push_back({p, kCell_m});
+    look.uncovered.push_back(p);
   }
   cv::Mat1i labels;
   const int count = cv::connectedComponents(uncovered, labels);
   std::vector<Thing> things(std::size_t(std::max(0, count - 1)));
-  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+  for (std::size_t i = 0; i < grid.size(); ++i) {
     const int label = labels(int(i) / grid.columns, int(i) % grid.columns);
-    if (label > 0) things[std::size_t(label - 1)].add(grid.centre(i), grid.cells[i]);
+    if (label > 0) things[std::size_t(label - 1)].add(grid.centre(i), held[i], top_m[std::size_t(held[i])]);
   }
   for (const Thing& thing : things) {
     look.findings.push_back({Disagreement::kNotOnMap,
@@ -150,11 +119,11 @@ void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& sc
     const behaviours::Arena obstacle = only(obstacles[k]);
     bool has_cells = false;
     bool is_there = false;
-    for (std::size_t i = 0; i < grid.cells.size() && !is_there; ++i) {
+    for (std::size_t i = 0; i < grid.size() && !is_there; ++i) {
       const FloorPoint p = grid.centre(i);
       if (obstacle.clearance_m({p.x_m, p.y_m}) > 0) continue;
       has_cells = true;
-      is_there = grid.cells[i].object >= 0 || scene.cast({p.x_m, p.y_m, high_m}, {0, 0, -1}, high_m - kLow_m);
+      is_there = held[i] >= 0 || scene.cast({p.x_m, p.y_m, high_m}, {0, 0, -1}, high_m - kLow_m);
     }
     if (is_there || !has_cells) continue;
     const FloorPoint at = middle_of(obstacles[k]);
@@ -177,12 +146,10 @@ void check_start(const Subject& subject, Look& look) {
   const Eigen::Vector2d p(start.x_m, start.y_m);
   const auto add = [&](double clear_m, const std::string& what) {
     if (clear_m >= subject.robot.body_radius_m) return;
-    const auto key = subject.places.find("start");
     look.findings.push_back(
         {Disagreement::kStartTouches,
-         fmt::format("{}: start ({:.3f}, {:.3f}) is {}, but body.radius_m is {}",
-                     key != subject.places.end() ? key->second : subject.robot.file.string(), start.x_m, start.y_m,
-                     clear_m < 0 ? "in " + what : fmt::format("{:.3f} m from {}", clear_m, what),
+         fmt::format("{}: start ({:.3f}, {:.3f}) is {}, but body.radius_m is {}", subject.place_of_start(), start.x_m,
+                     start.y_m, clear_m < 0 ? "in " + what : fmt::format("{:.3f} m from {}", clear_m, what),
                      subject.robot.body_radius_m),
          {start.x_m, start.y_m},
          {}});
@@ -219,8 +186,8 @@ void check_floor(const Subject& subject, const sim_povray::SceneGeometry& scene,
     return;
   }
   const sim_povray::SceneObject& object = scene.objects()[std::size_t(hit->object)];
-  add(fmt::format("{}:{}: the floor under the start ({:.3f}, {:.3f}), a {}, is at {:.4f} m, must be at 0", object.file,
-                  object.line, start.x_m, start.y_m, object.kind, floor_m));
+  add(fmt::format("{}: the floor under the start ({:.3f}, {:.3f}), a {}, is at {:.4f} m, must be at 0", object.place(),
+                  start.x_m, start.y_m, object.kind, floor_m));
 }
 
 }  // namespace twocone::look

@@ -128,5 +128,6 @@ void add_devices(CLI::App& program);
 void add_doctor(CLI::App& program);
 void add_tradeoff(CLI::App& program);
 void add_compare(CLI::App& program);
+void add_new(CLI::App& program);
 
 }  // namespace twocone::cli

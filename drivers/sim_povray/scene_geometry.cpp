@@ -12,7 +12,6 @@
 #include "drivers/sim_povray/render/native/pigment_colour.h"
 #include "drivers/sim_povray/render/native/tile_tracer.h"
 #include "drivers/sim_povray/render/native/traced_scene.h"
-#include "drivers/sim_povray/scene/evaluator.h"
 
 namespace twocone::sim_povray {
 namespace {
@@ -26,9 +25,13 @@ static_assert(kSamples * kTilePixels * kSamples * kTilePixels == kTileRays);
 constexpr Colour kCut{0.03, 0.03, 0.035};
 /// The places at which overhead() looks for objects that are air: each side of a grid.
 constexpr int kAirGrid = 16;
-/// A cylinder is upright if its axis leans by less: a micrometre in a metre, many times what rounding does to a chain
-/// of transformations.
+/// A cylinder is upright and round if it is so to this share: a micrometre in a metre, many times what rounding does to
+/// a chain of transformations.
 constexpr double kUpright = 1e-6;
+/// Heights at which cells_of() looks for what crosses the cell.
+constexpr int kLevels = 8;
+/// What ends at the lower height of cells_of() is not above it, whatever rounding does.
+constexpr double kAboveLow_m = 1e-6;
 
 /// The index of the pose of what is not still.
 constexpr int kNotStill = 0;
@@ -37,10 +40,11 @@ bool is_still(const Object& object) {
   return !(object.name == "robot" || object.name.starts_with("robot.") || object.name.starts_with("moving."));
 }
 
-/// Returns the text with blanks for the named cameras, which may be of a kind that the evaluator does not know.
-std::string without_cameras(std::string text) {
+/// Returns the text with blanks for the named blocks that `is_left_out` chooses.
+template <class IsLeftOut>
+std::string without_blocks(std::string text, IsLeftOut is_left_out) {
   for (const NamedBlock& block : outline(text).blocks) {
-    if (block.keyword != "camera") continue;
+    if (!is_left_out(block)) continue;
     std::replace_if(
         text.begin() + std::ptrdiff_t(block.begin), text.begin() + std::ptrdiff_t(block.close) + 1,
         [](char letter) { return letter != '\n'; }, ' ');
@@ -48,123 +52,240 @@ std::string without_cameras(std::string text) {
   return text;
 }
 
-std::array<double, 3> as_array(const Colour& colour) { return {colour.x, colour.y, colour.z}; }
+Rgb as_rgb(const Colour& colour) { return {colour.x, colour.y, colour.z}; }
+
+/// Returns whether the pigment has a colour everywhere: a lenient evaluation leaves out what it does not understand.
+bool is_understood(const Pigment& pigment) { return pigment.pattern != Pattern::kColour || !pigment.entries.empty(); }
+
+/// Returns the pigment's colour, if it is one.
+std::optional<Rgb> plain_colour(const Texture* texture) {
+  if (texture == nullptr || texture->pigment.pattern != Pattern::kColour) return std::nullopt;
+  const auto& entries = texture->pigment.entries;
+  if (entries.size() != 1 || entries.front().pigment != nullptr) return std::nullopt;
+  return as_rgb(entries.front().colour);
+}
+
+void collect(const Pigment& pigment, std::vector<Rgb>& colours) {
+  for (const PigmentEntry& entry : pigment.entries) {
+    if (entry.pigment != nullptr) {
+      collect(*entry.pigment, colours);
+    } else {
+      colours.push_back(as_rgb(entry.colour));
+    }
+  }
+}
+
+void collect(const Object& object, std::vector<Rgb>& colours) {
+  if (object.texture != nullptr) collect(object.texture->pigment, colours);
+  if (const auto* csg = std::get_if<Csg>(&object.shape)) {
+    for (const Object& part : csg->parts) collect(part, colours);
+  }
+}
+
+bool is_inside(const TracedScene::Item& item, const Vec3& p) {
+  const auto bounds = item.solid.bounds();
+  const bool may_be = !bounds || (p.x >= bounds->low.x && p.x <= bounds->high.x && p.y >= bounds->low.y &&
+                                  p.y <= bounds->high.y && p.z >= bounds->low.z && p.z <= bounds->high.z);
+  return may_be && item.solid.contains(p);
+}
+
+/// Returns the object as an upright cylinder in the scene's coordinates, y up, without its colour.
+std::optional<SceneCylinder> as_cylinder(const Object& object) {
+  const auto* cone = std::get_if<Cone>(&object.shape);
+  if (cone == nullptr || cone->open || cone->base_radius != cone->cap_radius || object.inverse ||
+      !object.clipped_by.empty()) {
+    return std::nullopt;
+  }
+  // Two radii at right angles to its axis and to each other.
+  const Vec3 axis = normalized(cone->cap - cone->base);
+  const Vec3 across = normalized(cross(axis, std::abs(axis.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+  const Vec3 a = object.placed.direction(across * cone->base_radius);
+  const Vec3 b = object.placed.direction(cross(axis, across) * cone->base_radius);
+  const double radius = length(a);
+  const auto is_small = [&](double value) { return std::abs(value) <= kUpright * radius; };
+  const Vec3 base = object.placed.point(cone->base);
+  const Vec3 cap = object.placed.point(cone->cap);
+  if (!is_small(a.y) || !is_small(b.y) || !is_small(length(b) - radius) || !is_small(dot(a, b) / radius) ||
+      std::hypot(cap.x - base.x, cap.z - base.z) > kUpright * std::abs(cap.y - base.y)) {
+    return std::nullopt;
+  }
+  return SceneCylinder{(base.x + cap.x) / 2, (base.z + cap.z) / 2, radius, std::min(base.y, cap.y),
+                       std::max(base.y, cap.y)};
+}
 
 }  // namespace
 
-std::string SceneObject::describe() const { return fmt::format("{} of {}:{}", kind, file, line); }
+std::string SceneObject::place() const { return fmt::format("{}:{}", file, line); }
+std::string SceneObject::describe() const { return fmt::format("{} of {}", kind, place()); }
+
+FloorPoint FloorGrid::centre(std::size_t cell) const {
+  const std::size_t row = cell / std::size_t(columns);
+  const std::size_t column = cell % std::size_t(columns);
+  return {corner.x_m + cell_m * (double(column) + 0.5), corner.y_m + cell_m * (double(row) + 0.5)};
+}
 
 struct SceneGeometry::Content {
-  Content(EvaluatedScene evaluated, double unit) : scene(std::move(evaluated)), unit_m(unit) {
+  explicit Content(EvaluatedScene evaluated) : scene(std::move(evaluated)) {
     poses.movers.resize(kNotStill + 1);
-    for (const TracedScene::Source& source : scene.sources()) {
-      objects.push_back({source.kind, source.name, *source.file, source.line});
-    }
-    const auto& groups = scene.groups();
-    for (std::size_t i = 0; i < groups.size() && i < kGroupBits; ++i) {
-      if (groups[i].mover != -1) still &= ~(GroupSet{1} << i);
+    for (std::size_t i = 0; i < scene.sources().size(); ++i) {
+      const TracedScene::Source& source = scene.sources()[i];
+      const auto group = std::size_t(scene.place(int(i)).group);
+      const bool is_still = scene.groups()[group].mover == -1;
+      if (!is_still && group < kGroupBits) still &= ~(GroupSet{1} << group);
+      objects.push_back({source.kind, *source.file, source.line, is_still && item(int(i)).in_reflection});
     }
   }
 
-  [[nodiscard]] Vec3 to_scene(const WorldVector& p) const { return Vec3{p[0], p[2], p[1]} / unit_m; }
-  [[nodiscard]] bool is_inside(const TracedScene::Item& item, const Vec3& p) const {
-    const auto bounds = item.solid.bounds();
-    const bool may_be = !bounds || (p.x >= bounds->low.x && p.x <= bounds->high.x && p.y >= bounds->low.y &&
-                                    p.y <= bounds->high.y && p.z >= bounds->low.z && p.z <= bounds->high.z);
-    return may_be && item.solid.contains(p);
+  [[nodiscard]] const TracedScene::Item& item(int number) const {
+    const auto [group, index] = scene.place(number);
+    return scene.groups()[std::size_t(group)].items[std::size_t(index)];
   }
 
   TracedScene scene;
-  double unit_m;
   Poses poses{};
   GroupSet still = kAllGroups;
   std::vector<SceneObject> objects{};
 };
 
-Result<SceneGeometry> SceneGeometry::read(const PlaceSettings& place) {
+Result<SceneGeometry> SceneGeometry::read(const PlaceSettings& place, Leniency* leniency) {
   check(place);
   const auto text = Scene::read(place.scene);
   if (!text) return text.error();
   SceneAccess access(place.scene, place.scene_paths);
   const auto choice = choose_rendering(*text, place.switches, access);
   if (!choice) return choice.error();
-  auto scene = evaluate(without_cameras(choice->scene.text()), choice->scene.path(), include_reader(access), {});
+  // The robot's cameras may be of a kind that the evaluator does not know.
+  const std::string seen = without_blocks(
+      choice->scene.text(), [&](const NamedBlock& block) { return leniency == nullptr && block.keyword == "camera"; });
+  auto scene = evaluate(seen, choice->scene.path(), include_reader(access), {.leniency = leniency});
   if (!scene) return scene.error();
   for (Object& object : scene->objects) object.mover = is_still(object) ? -1 : kNotStill;
-  return SceneGeometry(std::make_shared<const Content>(*std::move(scene), place.unit_m));
+  return SceneGeometry(std::make_shared<const Content>(*std::move(scene)), place.unit_m, 0);
 }
+
+SceneGeometry SceneGeometry::in_frame(double unit_m, double floor_units) const {
+  return {content_, unit_m, floor_units};
+}
+
+Vec3 SceneGeometry::to_scene(const Vec3& p) const { return Vec3{p.x, p.z, p.y} / unit_m_ + Vec3{0, floor_units_, 0}; }
+Vec3 SceneGeometry::to_world(const Vec3& p) const { return Vec3{p.x, p.z, p.y - floor_units_} * unit_m_; }
 
 const std::vector<SceneObject>& SceneGeometry::objects() const { return content_->objects; }
 
-std::optional<SurfacePoint> SceneGeometry::cast(const WorldVector& origin, const WorldVector& direction,
-                                                double farthest_m) const {
-  const Content& in = *content_;
-  const Ray ray{in.to_scene(origin), {direction[0], direction[2], direction[1]}};
-  const auto meeting = nearest(in.scene, in.poses, ray, RayKind::kReflected, in.still, farthest_m / in.unit_m);
-  if (!meeting) return std::nullopt;
-  return SurfacePoint{meeting->t * in.unit_m,
-                      as_array(pigment_colour(meeting->texture->pigment, meeting->pattern_point)), meeting->number};
+std::optional<Bounds3> SceneGeometry::bounds(int object) const {
+  const auto bounds = content_->item(object).solid.bounds();
+  if (!bounds) return std::nullopt;
+  return Bounds3{to_world(bounds->low), to_world(bounds->high)};
 }
 
-std::vector<int> SceneGeometry::around(const WorldVector& point) const {
-  const Vec3 p = content_->to_scene(point);
-  std::vector<int> found;
-  for (const TracedScene::Group& group : content_->scene.groups()) {
-    if (group.mover != -1) continue;
-    for (const TracedScene::Item& item : group.items) {
-      if (item.in_reflection && content_->is_inside(item, p)) found.push_back(item.number);
+std::optional<SurfacePoint> SceneGeometry::cast(const Vec3& origin, const Vec3& direction, double farthest_m) const {
+  const Content& in = *content_;
+  const Ray ray{to_scene(origin), {direction.x, direction.z, direction.y}};
+  const auto met = nearest(in.scene, in.poses, ray, RayKind::kReflected, in.still, farthest_m / unit_m_);
+  if (!met) return std::nullopt;
+  const Pigment& pigment = met->texture->pigment;
+  return SurfacePoint{met->t * unit_m_,
+                      to_world(met->point),
+                      {met->normal.x, met->normal.z, met->normal.y},
+                      is_understood(pigment) ? as_rgb(pigment_colour(pigment, met->pattern_point)) : Rgb{},
+                      met->number};
+}
+
+bool SceneGeometry::contains(int object, const Vec3& point) const {
+  return is_inside(content_->item(object), to_scene(point));
+}
+
+std::vector<std::uint8_t> SceneGeometry::cells_of(int object, const FloorGrid& grid, double low_m, double high_m,
+                                                  const Vec3& air) const {
+  const TracedSolid& solid = content_->item(object).solid;
+  const auto box = bounds(object);
+  const double side = grid.cell_m;
+  std::vector<std::uint8_t> cells(grid.size());
+  low_m += kAboveLow_m;
+  if (box && (box->high.z <= low_m || box->low.z >= high_m)) return cells;
+  const bool is_filled = box && !contains(object, air);
+  const bool is_small = box && box->high.x - box->low.x <= 2 * side && box->high.y - box->low.y <= 2 * side;
+  const auto is_there = [&](double x_m, double y_m) {
+    const auto at = [&](double x, double y, double z_m) { return to_scene({x_m + side * x, y_m + side * y, z_m}); };
+    const auto crosses = [&](const Vec3& a, const Vec3& b) { return solid.blocks({a, b - a}, 0, 1); };
+    for (int level = 0; level < kLevels; ++level) {
+      const double z_m = low_m + (high_m - low_m) * level / (kLevels - 1);
+      if (is_filled && solid.contains(at(0, 0, z_m))) return true;
+      // The diagonals cross every wall through the cell but one that cuts off a corner.
+      if (crosses(at(-0.5, -0.5, z_m), at(0.5, 0.5, z_m)) || crosses(at(-0.5, 0.5, z_m), at(0.5, -0.5, z_m)))
+        return true;
     }
+    for (const double x : {-0.5, -0.17, 0.17, 0.5}) {
+      for (const double y : {-0.5, -0.17, 0.17, 0.5}) {
+        if (crosses(at(x, y, low_m), at(x, y, high_m))) return true;
+      }
+    }
+    return false;
+  };
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const auto [x_m, y_m] = grid.centre(i);
+    const bool may_be = !box || (x_m + side / 2 >= box->low.x && x_m - side / 2 <= box->high.x &&
+                                 y_m + side / 2 >= box->low.y && y_m - side / 2 <= box->high.y);
+    if (may_be && (is_small || is_there(x_m, y_m))) cells[i] = 255;
   }
-  return found;
+  return cells;
 }
 
 std::vector<SceneCylinder> SceneGeometry::upright_cylinders() const {
-  const Content& in = *content_;
   std::vector<SceneCylinder> found;
   int number = 0;
-  // Items are numbered in the order in which unions are taken apart, as TracedScene does.
-  const auto visit = [&](const auto& self, const Object& object, const Texture* texture, int mover) -> void {
+  // Objects are numbered in the order in which unions are taken apart, as TracedScene does.
+  const auto visit = [&](const auto& self, const Object& object, const Texture* texture) -> void {
     if (object.texture) texture = object.texture.get();
     const auto* csg = std::get_if<Csg>(&object.shape);
     if (csg != nullptr && csg->combination == Combination::kUnion && !object.inverse && object.clipped_by.empty()) {
-      for (const Object& part : csg->parts) self(self, part, texture, mover);
+      for (const Object& part : csg->parts) self(self, part, texture);
       return;
     }
     const int index = number++;
-    const auto* cone = std::get_if<Cone>(&object.shape);
-    if (cone == nullptr || mover != -1 || cone->base_radius != cone->cap_radius || object.inverse ||
-        object.no_reflection || !object.clipped_by.empty() || texture == nullptr) {
-      return;
-    }
-    const Vec3 base = object.placed.point(cone->base);
-    const Vec3 cap = object.placed.point(cone->cap);
-    const Vec3 axis = cap - base;
-    if (!(std::hypot(axis.x, axis.z) <= kUpright * std::abs(axis.y))) return;
-    // The radius along x and along z, of a vector at right angles to the cylinder's own axis.
-    const Vec3 own = normalized(cone->cap - cone->base);
-    const Vec3 across = normalized(cross(own, std::abs(own.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
-    const double first = length(object.placed.direction(across * cone->base_radius));
-    const double second = length(object.placed.direction(cross(own, across) * cone->base_radius));
-    if (!(std::abs(first - second) <= kUpright * first)) return;
-    const Vec3 middle = (base + cap) / 2;
-    const Vec3 side = middle + Vec3{first, 0, 0};
-    found.push_back({middle.x * in.unit_m, middle.z * in.unit_m, first * in.unit_m, std::min(base.y, cap.y) * in.unit_m,
-                     std::max(base.y, cap.y) * in.unit_m, as_array(pigment_colour(texture->pigment, side)), index});
+    const auto cylinder = as_cylinder(object);
+    if (!cylinder || !objects()[std::size_t(index)].is_still) return;
+    const auto& [x, z, radius, low, high, no_colour, no_object] = *cylinder;
+    const Vec3 bottom = to_world({x, low, z});
+    found.push_back(
+        {bottom.x, bottom.y, radius * unit_m_, bottom.z, to_world({x, high, z}).z, plain_colour(texture), index});
   };
-  for (const Object& object : in.scene.scene().objects) visit(visit, object, nullptr, object.mover);
+  for (const Object& object : content_->scene.scene().objects) visit(visit, object, nullptr);
   return found;
+}
+
+std::optional<PerspectiveCamera> SceneGeometry::camera() const {
+  std::optional<PerspectiveCamera> camera = content_->scene.scene().camera;
+  if (!camera) return std::nullopt;
+  camera->location = to_world(camera->location);
+  for (Vec3* vector : {&camera->direction, &camera->right, &camera->up}) std::swap(vector->y, vector->z);
+  return camera;
+}
+
+std::vector<Rgb> SceneGeometry::colours() const {
+  std::vector<Rgb> colours;
+  for (const Object& object : content_->scene.scene().objects) {
+    if (object.mover == -1) collect(object, colours);
+  }
+  return colours;
+}
+
+std::vector<Rgb> SceneGeometry::sky_colours() const {
+  std::vector<Rgb> colours{as_rgb(content_->scene.scene().background)};
+  if (content_->scene.scene().sky) collect(*content_->scene.scene().sky, colours);
+  return colours;
 }
 
 Image SceneGeometry::overhead(const OverheadView& view) const {
   const Content& in = *content_;
-  const int height_px = checked_height_px(view, in.unit_m);
+  const int height_px = checked_height_px(view, unit_m_);
   const int width_px = view.width_px;
-  const double high = view.height_m / in.unit_m;
   const auto point_at = [&](double column, double row) {
     const double x = view.min_x_m + (view.max_x_m - view.min_x_m) * column / width_px;
     const double y = view.max_y_m - (view.max_y_m - view.min_y_m) * row / height_px;
-    return Vec3{x / in.unit_m, high, y / in.unit_m};
+    return to_scene({x, y, view.height_m});
   };
+  const double high = point_at(0, 0).y;
   // What the view cuts. An object that has most of the plane inside is a room's shell or the ground below it.
   std::vector<const TracedScene::Item*> cut;
   for (const TracedScene::Group& group : in.scene.groups()) {
@@ -175,13 +296,13 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
       for (int i = 0; i < kAirGrid * kAirGrid; ++i) {
         const int row = i / kAirGrid;
         const Vec3 p = point_at((i % kAirGrid + 0.5) * width_px / kAirGrid, (row + 0.5) * height_px / kAirGrid);
-        inside += in.is_inside(item, p) ? 1 : 0;
+        inside += is_inside(item, p) ? 1 : 0;
       }
       if (inside <= kAirGrid * kAirGrid / 2) cut.push_back(&item);
     }
   }
   const auto is_cut = [&](const Vec3& p) {
-    return std::ranges::any_of(cut, [&](const TracedScene::Item* item) { return in.is_inside(*item, p); });
+    return std::ranges::any_of(cut, [&](const TracedScene::Item* item) { return is_inside(*item, p); });
   };
 
   Image image{width_px, height_px, PixelFormat::kRgb8,
@@ -227,6 +348,19 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
     }
   }
   return image;
+}
+
+Result<std::string> text_without_robot(const std::filesystem::path& scene) {
+  const auto read = Scene::read(scene);
+  if (!read) return read.error();
+  bool has_robot = false;
+  std::string text = without_blocks(read->text(), [&](const NamedBlock& block) {
+    const std::string kind = block.name.substr(0, block.name.find('.'));
+    const bool is_robot = kind == "robot" || kind == "lower" || kind == "upper";
+    has_robot = has_robot || is_robot;
+    return is_robot;
+  });
+  return has_robot ? text : std::string();
 }
 
 }  // namespace twocone::sim_povray

@@ -71,6 +71,11 @@ variant robots/small.yaml 's|lower: {driver: sim_povray|lower: {driver: v4l2_cam
 expect 'real camera on a simulated robot' 1 'sim_povray moves all parts of a robot or none' bash -c 'run --robot robots/mixed.yaml'
 variant robots/small.yaml 's|^latency_frames|latency_frame|' robots/typo.yaml
 expect 'robot with a misspelt key' 1 'typo.yaml:[0-9]+: .*latency_frame' bash -c 'run --robot robots/typo.yaml'
+expect '--set without a value' 1 '^twocone: --set body.radius_m: must be KEY=VALUE, such as' bash -c 'run --robot robots/small.yaml --set body.radius_m'
+expect '--set of an unknown key' 1 '^twocone: --set body.raduis_m=0.3: body.raduis_m' bash -c 'run --robot robots/small.yaml --set body.raduis_m=0.3'
+expect '--set with a wrong value' 1 '^twocone: --set body.radius_m=-0.3: body.radius_m is -0.3 m' bash -c 'run --robot robots/small.yaml --set body.radius_m=-0.3'
+expect '--set below a value' 1 '^twocone: --set name.first=nina: name is not a section' bash -c 'run --robot robots/small.yaml --set name.first=nina'
+expect '--set of look' 1 '^twocone: --set body.radius_m=wide: body.radius_m' "$twocone" look --robot robots/small.yaml --set body.radius_m=wide --out "$work/look_set"
 sed '$s|$|\nestimator: {stage: fast}|' robots/small.yaml >robots/fast.yaml
 expect 'robot with an unknown stage' 1 "fast.yaml:[0-9]+: estimator.stage is 'fast', must be found" bash -c 'run --robot robots/fast.yaml'
 sed '$s|$|\nestimator: {landmarks: [red, green, grue]}|' robots/small.yaml >robots/grue.yaml
@@ -152,6 +157,18 @@ expect 'compare onto a robot file' 1 'small.yaml exists: --force replaces it' ba
 expect 'compare with too few frames' 2 'frames: Value 3 not in range' bash -c 'compare none none --frames 3'
 [ -e "$work/comparison" ] && fail 'compare: a folder was left behind'
 expect 'compare onto a file' 1 'cannot make .*file' "$twocone" compare none none --out "$work/file"
+expect 'new of nothing' 2 'SCENE is required' "$twocone" new --out "$work/new"
+expect 'new without a folder' 2 'out is required' "$twocone" new scenes/lab.pov
+expect 'new of no scene' 1 'nowhere.pov: no such scene file' "$twocone" new scenes/nowhere.pov --out "$work/new"
+expect 'new of a scene with an open brace' 1 'open_brace.pov:[0-9]+:[0-9]+' "$twocone" new scenes/open_brace.pov --out "$work/new"
+echo 'sphere { 0, 1 } camera { location -5*z look_at 0 }' >scenes/no_floor.pov
+expect 'new of a scene without floor' 1 'no_floor.pov: no floor was found' "$twocone" new scenes/no_floor.pov --out "$work/new"
+expect 'new of a scene without room' 1 'has no room for a robot of 0.2 m radius' "$twocone" new scenes/lab.pov --unit-m 0.001 --out "$work/new"
+expect 'new with a unit of 0' 2 "unit-m: '0' must be a number" "$twocone" new scenes/lab.pov --unit-m 0 --out "$work/new"
+expect 'new onto the scene itself' 1 'the wrapper would replace the scene' "$twocone" new scenes/lab.pov --out scenes
+[ -e "$work/new" ] && fail 'new: a folder was left behind'
+mkdir "$work/new" && touch "$work/new/lab.yaml"
+expect 'new onto a robot file' 1 'lab.yaml exists: --force replaces it' "$twocone" new scenes/lab.pov --out "$work/new"
 expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'misspelt option' 2 "unknown option '--frame', did you mean --frames\\? \\(see twocone run --help\\)" "$twocone" run --robot robots/small.yaml --frame 3

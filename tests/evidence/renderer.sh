@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The native renderer against POV-Ray: pixels at random poses, processor time, and what falls back.
+# The native renderer against POV-Ray: pixels at random poses, processor time, and what falls back. Robots in scenes of other authors.
 . "$(dirname "$0")/common.sh"
 
 bench=build/release/bench/native_bench
@@ -195,6 +195,8 @@ row "the lab at 640x480 and 15 Hz in real time, latency_frames: 0, with vision, 
 
 step growth build/release/bench/growth_bench --parts pixels,objects
 row "growth by pixels and objects, with exponents; threads are in the table of plain images" "$(grep -c exponent "$work/growth.log" 2>/dev/null || true) tables" "10 to 10,000 objects" "$(passed growth)"
+
+. tests/evidence/new_scenes.sh
 
 step asan_build bash -c 'cmake --preset asan -D TWOCONE_BUILD_FUZZERS=ON && cmake --build --preset asan --target scene_fuzz'
 step fuzz build/asan/tests/fuzz/scene_fuzz 500000 7 scenes/lab.pov scenes/hall.pov tests/fuzz/keywords.pov tests/sim_povray/scenes/tiny.pov

@@ -188,9 +188,11 @@ bool has_misnamed_macro(const std::string& text) {
 }
 
 /// Evaluates the scene and traces some rays through it.
-void trace(const std::string& text, const IncludeReader& include, Tally& tally) {
+/// @param leniency as EvaluatorSettings
+void trace(const std::string& text, const IncludeReader& include, Leniency* leniency, Tally& tally) {
   // An endless loop ends at these limits, which many inputs reach.
-  const EvaluatorSettings settings{.pose_prefix = "Twocone_", .most_tokens = 20'000, .most_objects = 20'000};
+  const EvaluatorSettings settings{
+      .pose_prefix = "Twocone_", .most_tokens = 20'000, .most_objects = 20'000, .leniency = leniency};
   auto scene = evaluate(text, "fuzz.pov", include, settings);
   if (!scene) return;
   ++tally.evaluated;
@@ -221,7 +223,9 @@ bool read(Mutator& mutator, const std::string& text, Tally& tally) {
   };
   const SceneCalls calls = find_calls(text, "fuzz.pov", include);
   tally.calls += calls.all.size();
-  trace(text, include, tally);
+  trace(text, include, nullptr, tally);
+  Leniency leniency;
+  trace(text, include, &leniency, tally);
   const auto scene = Scene::parse(text, "fuzz.pov");
   if (!scene) return true;
   ++tally.accepted;

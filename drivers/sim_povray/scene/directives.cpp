@@ -52,11 +52,11 @@ Token Evaluation::raw() {
     try {
       token = inputs_.back().lexer.next();
     } catch (const SceneError& error) {
-      throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, error.place.line, error.message)};
+      throw EvaluationError{fmt::format("{}:{}: {}", inputs_.back().file->path, error.place.line, error.message), true};
     }
     line_ = token.place.line;
     if (token.kind != Kind::kEnd || inputs_.size() == 1) return token;
-    if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
+    if (!inputs_.back().sections.empty()) fail_at_limit("an #if, #while, #for, #switch or #macro has no #end");
     inputs_.pop_back();
   }
 }
@@ -74,9 +74,19 @@ Token Evaluation::next() {
       case Kind::kName:
         name_ = token.text;
         continue;
-      case Kind::kDirective:
-        directive(token);
+      case Kind::kDirective: {
+        const std::size_t inputs = inputs_.size();
+        const std::size_t sections = inputs_.back().sections.size();
+        const int braces = braces_;
+        try {
+          directive(token);
+        } catch (const EvaluationError& error) {
+          if (!is_lenient() || error.is_limit) throw;
+          recover_from(token, braces, inputs, sections);
+          note(notes_.left_out, error.message);
+        }
         continue;
+      }
       case Kind::kWord:
         inputs_.back().file->reached[token.place.offset] = true;
         if (const auto* macro = find_as<Macro>(token.text)) {
@@ -360,7 +370,7 @@ void Evaluation::call_macro(const Macro& macro) {
     arguments.insert_or_assign(parameter, std::move(argument));
   }
   expect(')');
-  inputs_.push_back({macro.file, macro.body, true, {{SectionKind::kMacro}}, std::move(arguments), {}});
+  inputs_.push_back({macro.file, macro.body, true, {{SectionKind::kMacro}}, std::move(arguments), {}, braces_});
 }
 
 std::shared_ptr<Value> Evaluation::accept_reference() {
@@ -393,16 +403,26 @@ void Evaluation::include() {
   bytes_ += found->text.size();
   if (bytes_ > kMostIncludedBytes) fail_at_limit(fmt::format("more than {} bytes are included", kMostIncludedBytes));
   files_.push_back({std::move(found->path), std::move(found->text)});
-  inputs_.push_back({&files_.back(), Lexer(files_.back().text)});
+  inputs_.push_back({.file = &files_.back(), .lexer = Lexer(files_.back().text), .braces = braces_});
 }
 
 void Evaluation::declare(bool local) {
   const Level level(*this);
-  const Token name = raw();
+  Token name = raw();
+  if (name.text == "deprecated") {  // [once] ["what to use instead"]
+    name = raw();
+    if (name.text == "once") name = raw();
+    if (name.kind == Kind::kString) name = raw();
+  }
   if (name.kind != Kind::kWord) unsupported(name, "is not a name that can be declared");
   expect('=');
   const int braces = braces_;
   const std::size_t inputs = inputs_.size();
+  Leniency notes = std::exchange(notes_, {});
+  const auto keep_notes = [&] {
+    std::swap(notes, notes_);
+    if (is_lenient()) notes_of_declared_.insert_or_assign(std::string(name.text), std::move(notes));
+  };
   // Reading the value may end the macro that declares the name, and change which names exist.
   const auto own = inputs_.back().locals.find(name.text);
   const auto* known = !local ? find_shared(name.text) : own != inputs_.back().locals.end() ? &own->second : nullptr;
@@ -417,11 +437,16 @@ void Evaluation::declare(bool local) {
   try {
     assign(value());
     if (peek_symbol() == ';') (void)raw();
+    keep_notes();
   } catch (const EvaluationError& error) {
     // What the declaration says is lost, but only a use of it is an error. A macro that has been left cannot be
     // entered again.
+    keep_notes();
     if (error.is_limit || inputs_.size() < inputs) throw;
-    while (inputs_.size() > inputs) inputs_.pop_back();
+    while (inputs_.size() > inputs) {
+      braces_ = inputs_.back().braces;
+      inputs_.pop_back();
+    }
     // The parameters of a function stand before its braces.
     if (braces_ == braces && peek_symbol() == '(') {
       while (!raw().is(')')) {
@@ -433,6 +458,7 @@ void Evaluation::declare(bool local) {
       if (braces_ == braces && peek_symbol() == '{') (void)next();
     }
     assign(Unusable{error.message});
+    if (is_lenient()) skip_line(name.place.line);
     if (peek_symbol() == ';') (void)raw();
   }
 }

@@ -54,7 +54,8 @@ struct PigmentEntry {
 struct Pigment {
   Pattern pattern = Pattern::kColour;
   /// kColour: one entry. kChecker and kBrick without a map: two entries (brick: mortar, then brick; checker: the cell
-  /// at the origin's positive corner first). Else the map, in the order of the text; empty: POV-Ray's default map.
+  /// at the origin's positive corner first). Else the map, in the order of the text; empty: POV-Ray's default map. A
+  /// lenient evaluation leaves those of kColour empty if it does not understand the pigment.
   std::vector<PigmentEntry> entries{{}};
   Vec3 axis{};                 ///< kGradient
   Vec3 brick_size{8, 3, 4.5};  ///< kBrick
@@ -154,6 +155,7 @@ struct Object {
   bool no_shadow = false;
   bool no_image = false;
   bool no_reflection = false;
+  bool is_bound = false;                      ///< the shape only bounds that of the text (EvaluatorSettings::leniency)
   int mover = -1;                             ///< index of the pose that moves it (PoseSlots); -1: it stands still
   std::string name{};                         ///< of a named block; empty: none
   std::shared_ptr<const std::string> file{};  ///< where its statement begins

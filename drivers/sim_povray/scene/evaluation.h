@@ -72,6 +72,9 @@ struct EvaluationError {
   bool is_limit = false;  ///< the evaluation must end, also if nothing uses the declaration
 };
 
+/// Returns whether read_bound() knows the shape of that keyword.
+bool has_bound(std::string_view word);
+
 /// Reads one scene from its first token to its last. Each group of functions has a file: directives.cpp,
 /// expressions.cpp, textures.cpp, objects.cpp.
 class Evaluation {
@@ -117,6 +120,7 @@ class Evaluation {
     std::vector<Section> sections{};
     Names locals{};
     std::optional<Token> pushed{};  // read ahead
+    int braces = 0;                 // that were open where it begins
   };
 
   /// Returns the next token of the present input as it is written.
@@ -170,6 +174,39 @@ class Evaluation {
   void count_objects(std::size_t count);
   [[noreturn]] void fail_at_limit(const std::string& why) const;
   [[noreturn]] void unsupported(const Token& token, std::string_view where) const;
+
+  // ---- recovery from what is not supported
+  [[nodiscard]] bool is_lenient() const { return settings_.leniency != nullptr; }
+  /// Reads something. If that fails in a lenient evaluation, notes it, goes on behind it, and returns false.
+  /// @param is_noted false: only a texture is concerned
+  template <class Read>
+  bool attempt(Read read, bool is_noted = true) {
+    const int braces = braces_;
+    const std::size_t inputs = inputs_.size();
+    try {
+      read();
+      return true;
+    } catch (const EvaluationError& error) {
+      if (!is_lenient() || error.is_limit) throw;
+      recover(braces, inputs);
+      if (is_noted) note(notes_.left_out, error.message);
+      return false;
+    }
+  }
+  /// Leaves the inputs and the braces that have been entered since there were so many.
+  void recover(int braces, std::size_t inputs);
+  /// Goes on behind a directive that failed. @param braces,inputs,sections those that were open before it
+  void recover_from(const Token& token, int braces, std::size_t inputs, std::size_t sections);
+  static void note(std::vector<std::string>& list, const std::string& message);
+  /// What a declared object lacks counts where the object is used.
+  void note_use(std::string_view name);
+  void skip_line(int line);
+  /// Reads a shape for which has_bound() holds, as a simple one around it.
+  Shape read_bound(std::string_view word);
+  /// Reads a part of an object that only a lenient evaluation knows, or leaves it out.
+  void read_bound_part(const Token& token, Object& object);
+  /// Leaves out a word that is not understood and the block or numbers that follow it.
+  void skip_argument();
 
   // ---- expressions
   bool condition();
@@ -227,6 +264,8 @@ class Evaluation {
   bool read_object_part(const Token& token, Object& object);
   void place(Object& object, const Placing& placing);
   void skip_block();
+  /// Skips until no more than so many braces are open.
+  void leave_block(int braces);
   std::vector<Object> read_objects();
   LightSource read_light();
   PerspectiveCamera read_camera();
@@ -244,6 +283,8 @@ class Evaluation {
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
+  Leniency notes_;  // of what is being read: of a declaration, else of the scene
+  std::map<std::string, Leniency, std::less<>> notes_of_declared_;
   int line_ = 1;           // of the last token read
   std::string_view name_;  // the last name comment read
   double version_ = 3.7;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/sim_povray/scene/evaluated_scene.h"
 #include "drivers/sim_povray/scene/scene_text.h"
@@ -11,6 +12,14 @@
 
 /// Evaluates a scene's text: declarations, macros, conditions, loops and expressions.
 namespace twocone::sim_povray {
+
+/// What a lenient evaluation did not take as the text says.
+struct Leniency {
+  /// Statements that are left out: `FILE:LINE: why`. Each place is named once.
+  std::vector<std::string> left_out{};
+  /// Shapes in place of which a box around them stands (Object::is_bound), likewise.
+  std::vector<std::string> bounded{};
+};
 
 struct EvaluatorSettings {
   /// `transform { PREFIX X0 }` and so on (without the blank) stand for the poses of blocks 0, 1, ..., and
@@ -20,6 +29,10 @@ struct EvaluatorSettings {
   int height_px = 480;
   std::size_t most_tokens = 20'000'000;  ///< that are evaluated, each time that they are
   std::size_t most_objects = 1'000'000;  ///< with their parts and copies: half a gigabyte
+  /// Not null: for a question about shapes and their places only. Lights are not read. A pigment that is not supported
+  /// has no entries. An object that is not supported is left out and named here; only a text without structure is an
+  /// error.
+  Leniency* leniency = nullptr;
 };
 
 /// Object::mover of what moves with the view.

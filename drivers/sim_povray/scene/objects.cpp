@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -24,6 +25,14 @@ constexpr double kMostTraceLevel = 256;
 /// is supported.
 bool changes_nothing(std::string_view word) {
   return word == "hollow" || word == "sturm" || word == "no_radiosity" || word == "radiosity";
+}
+
+/// Words of a scene that a lenient evaluation leaves out: they begin no shape.
+bool shows_no_shape(std::string_view word) {
+  static const std::set<std::string_view> kWords{"finish",       "fog",      "global_settings", "interior",
+                                                 "light_source", "material", "media",           "normal",
+                                                 "photons",      "pigment",  "rainbow",         "texture"};
+  return kWords.contains(word);
 }
 
 /// Returns the size of an object without its parts: 1 is a shape of one colour, some 400 bytes.
@@ -50,6 +59,25 @@ std::size_t size_with_parts(const Object& object) {
   return size;
 }
 
+/// Returns whether a part of the object only bounds that of the text.
+bool holds_bound(const Object& object) {
+  const auto* csg = std::get_if<Csg>(&object.shape);
+  return object.is_bound || (csg != nullptr && std::ranges::any_of(csg->parts, holds_bound));
+}
+
+/// Returns a box around the prism with `conic_sweep`, whose section at height y is the contour times y.
+Box box_of_conic(const Prism& prism) {
+  Box box{{0, prism.low, 0}, {0, prism.high, 0}};
+  const double most = std::max(std::abs(prism.low), std::abs(prism.high));
+  for (const Contour& contour : prism.contours) {
+    for (const auto& [x, z] : contour) {
+      box.low = {std::min(box.low.x, most * x), box.low.y, std::min(box.low.z, most * z)};
+      box.high = {std::max(box.high.x, most * x), box.high.y, std::max(box.high.z, most * z)};
+    }
+  }
+  return box;
+}
+
 void move_object(Object& object, const Transform& transform) {
   if (object.texture != nullptr && object.texture->pigment.pattern != Pattern::kColour) {
     Texture texture = *object.texture;
@@ -73,8 +101,15 @@ Evaluation::Evaluation(std::string_view text, const std::string& path, const Inc
 }
 
 EvaluatedScene Evaluation::run() {
-  for (Token token = next(); token.kind != Token::Kind::kEnd; token = next()) read_item(token);
+  for (Token token = next(); token.kind != Token::Kind::kEnd; token = next()) {
+    const bool is_sky = token.text == "background" || token.text == "sky_sphere";
+    attempt([&] { read_item(token); }, !is_sky);
+  }
   if (!inputs_.back().sections.empty()) fail("an #if, #while, #for, #switch or #macro has no #end");
+  if (is_lenient()) {
+    *settings_.leniency = std::move(notes_);
+    return std::move(scene_);
+  }
   if ((!has_version_ || version_ < 3.7) && !has_assumed_gamma_) {
     fail("without '#version 3.7' or assumed_gamma, POV-Ray codes colours otherwise, which is not supported");
   }
@@ -93,6 +128,7 @@ EvaluatedScene Evaluation::run() {
 
 void Evaluation::read_item(const Token& token) {
   if (token.is(';')) return;
+  if (is_lenient() && (token.kind != Token::Kind::kWord || shows_no_shape(token.text))) return skip_argument();
   if (token.text == "global_settings") return read_global_settings();
   if (token.text == "light_source") {
     count_objects(1);
@@ -192,6 +228,7 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
     name = open_block();
     const Token inner = next();
     if (const auto* known = find_as<Object>(inner.text)) {
+      note_use(inner.text);
       object = copied(*known);
     } else if (auto read = read_object(inner)) {
       object = *std::move(read);
@@ -199,20 +236,31 @@ std::optional<Object> Evaluation::read_object(const Token& token) {
       if (const auto* why = find_as<Unusable>(inner.text)) throw EvaluationError{why->why};
       unsupported(inner, "is not an object that is supported");
     }
-  } else if (const auto combination = kCombinations.find(word); combination != kCombinations.end()) {
+  } else if (const auto combination = kCombinations.find(is_lenient() && word == "light_group" ? "union" : word);
+             combination != kCombinations.end()) {
     name = open_block();
     object.shape = read_csg(combination->second);
   } else if (word == "box" || word == "sphere" || word == "cylinder" || word == "cone" || word == "disc" ||
-             word == "plane" || word == "torus" || word == "prism" || word == "quadric" || word == "polygon") {
+             word == "plane" || word == "torus" || word == "prism" || word == "quadric" || word == "polygon" ||
+             (is_lenient() && has_bound(word))) {
     name = open_block();
     // `box { Name ... }` is a declared object, as `object { Name ... }`.
     if (const auto* known = find_as<Object>(peek().text)) {
+      note_use(peek().text);
       object = copied(*known);
       (void)next();
+    } else if (has_bound(word)) {
+      object.shape = read_bound(word);
+      object.is_bound = true;
+      note(notes_.bounded, fmt::format("{}:{}: {}", *file, line, word));
     } else {
       object.shape = read_shape(word);
     }
   } else {
+    // In a union, what is no shape ends the list of parts.
+    if (is_lenient() && (word == "cubic" || word == "ovus" || word == "poly" || word == "quartic")) {
+      unsupported(token, "is a shape that is not supported");
+    }
     return std::nullopt;
   }
   read_object_parts(object);
@@ -302,11 +350,14 @@ Shape Evaluation::read_shape(const std::string& word) {
     return Polygon{read_contours(int(count))};
   }
   Prism prism{};
-  (void)accept("linear_spline");
-  (void)accept("linear_sweep");
-  const Token here = peek();
-  if (here.kind == Token::Kind::kWord && (here.text.ends_with("_spline") || here.text == "conic_sweep")) {
-    unsupported(here, "is not supported in a prism");
+  bool is_conic = false;
+  for (Token here = peek(); here.text.ends_with("_spline") || here.text.ends_with("_sweep"); here = peek()) {
+    if (!here.text.starts_with("linear_")) {
+      // The points of a curve stand for it.
+      if (!is_lenient()) unsupported(here, "is not supported in a prism");
+      is_conic = is_conic || here.text == "conic_sweep";
+    }
+    (void)next();
   }
   prism.low = number();
   prism.high = next_number();
@@ -315,19 +366,38 @@ Shape Evaluation::read_shape(const std::string& word) {
   prism.contours = read_contours(int(count));
   (void)accept(',');
   prism.open = accept("open");
+  if (is_conic) return box_of_conic(prism);
   return prism;
 }
 
 Csg Evaluation::read_csg(Combination combination) {
   Csg csg{combination, {}};
+  bool has_lights = false;
   while (true) {
     const Token token = next();
-    if (auto part = read_object(token)) {
-      csg.parts.push_back(*std::move(part));
+    bool is_part = false;
+    const bool is_known = attempt([&] {
+      if (auto part = read_object(token)) {
+        is_part = true;
+        // What is cut off by a box in place of a shape would be too much.
+        const bool is_cut_off = combination == Combination::kDifference && !csg.parts.empty();
+        if (!is_cut_off || !holds_bound(*part)) csg.parts.push_back(*std::move(part));
+      }
+    });
+    // Without its first part nothing is left of a difference.
+    if (!is_known && combination == Combination::kDifference && csg.parts.empty()) fail("its first part is not known");
+    if (is_part || !is_known) continue;
+    if (is_lenient() && token.text == "light_source") {
+      has_lights = true;
+      skip_argument();
       continue;
     }
     if (token.text == "light_source") unsupported(token, "in a union is not supported");
     put_back(token);
+    if (has_lights && csg.parts.empty()) {
+      // A union of lights shows nothing.
+      csg.parts.push_back({.shape = Sphere{{}, 0}, .file = inputs_.back().file->shared_path, .line = line_});
+    }
     if (csg.parts.empty()) unsupported(token, "stands where the first part of a union, difference, ... is expected");
     return csg;
   }
@@ -351,7 +421,10 @@ std::vector<Object> Evaluation::read_objects() {
 
 void Evaluation::skip_block() {
   const int braces = braces_;
-  if (!accept('{')) return;
+  if (accept('{')) leave_block(braces);
+}
+
+void Evaluation::leave_block(int braces) {
   while (braces_ > braces) {
     if (next().kind == Token::Kind::kEnd) fail("a '{' is never closed");
   }
@@ -365,14 +438,19 @@ bool Evaluation::read_object_part(const Token& token, Object& object) {
     object.texture = std::make_shared<const Texture>(std::move(texture));
   };
   Placing placing;
+  // A pigment that is not understood has no entries.
+  const auto attempt_texture = [&](auto read) {
+    if (!attempt(read, false)) edit_texture([](Texture& texture) { texture.pigment = {.entries = {}}; });
+  };
   if (read_transformation(token, placing)) {
     place(object, placing);
   } else if (word == "texture") {
-    object.texture = std::make_shared<const Texture>(read_texture());
+    attempt_texture([&] { object.texture = std::make_shared<const Texture>(read_texture()); });
   } else if (word == "pigment") {
-    edit_texture([this](Texture& texture) { texture.pigment = change_pigment(texture.pigment); });
+    attempt_texture(
+        [&] { edit_texture([this](Texture& texture) { texture.pigment = change_pigment(texture.pigment); }); });
   } else if (word == "finish") {
-    edit_texture([this](Texture& texture) { texture.finish = change_finish(texture.finish); });
+    attempt([&] { edit_texture([this](Texture& texture) { texture.finish = change_finish(texture.finish); }); }, false);
   } else if (word == "no_shadow") {
     object.no_shadow = flag();
   } else if (word == "no_image") {
@@ -400,6 +478,11 @@ bool Evaluation::read_object_part(const Token& token, Object& object) {
 void Evaluation::read_object_parts(Object& object) {
   for (Token token = next(); !token.is('}'); token = next()) {
     if (read_object_part(token, object)) continue;
+    if (is_lenient()) {
+      if (token.kind == Token::Kind::kEnd) fail_at_limit("an object has no '}'");
+      read_bound_part(token, object);
+      continue;
+    }
     if (const auto* why = find_as<Unusable>(token.text)) throw EvaluationError{why->why};
     unsupported(token, "is not supported in an object");
   }
@@ -476,6 +559,10 @@ PerspectiveCamera Evaluation::read_camera() {
     } else if (word == "angle") {
       angle_deg = number();
     } else if (!read_transformation(token, placing)) {
+      if (is_lenient() && token.kind != Token::Kind::kEnd) {
+        skip_argument();
+        continue;
+      }
       if (const auto* why = find_as<Unusable>(word)) throw EvaluationError{why->why};
       unsupported(token, "is not supported in a camera");
     }

@@ -359,7 +359,9 @@ Texture Evaluation::read_texture() {
     } else if (token.text == "pigment") {
       texture.pigment = change_pigment(texture.pigment);
     } else if (token.text == "finish") {
-      texture.finish = change_finish(texture.finish);
+      attempt([&] { texture.finish = change_finish(texture.finish); }, false);
+    } else if (is_lenient() && token.text == "normal") {
+      skip_argument();
     } else if (const auto* why = find_as<Unusable>(token.text)) {
       throw EvaluationError{why->why};
     } else {
