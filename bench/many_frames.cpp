@@ -147,7 +147,7 @@ class FrameTaker {
   }
 
   /// Returns the records of a block. @param estimator of the calling thread
-  std::vector<FixRecord> block(int number, const estimation::Estimator& estimator) const {
+  [[nodiscard]] std::vector<FixRecord> block(int number, const estimation::Estimator& estimator) const {
     const int begin = number * kFramesOfBlock;
     const int end = std::min(begin + kFramesOfBlock, options_.frames);
     runlog::RunData run;
@@ -221,6 +221,7 @@ std::vector<FixRecord> take_frames(const config::Robot& robot, const ManyFramesO
   std::mutex mutex;  // of failure
   {
     std::vector<std::jthread> threads;
+    threads.reserve(std::size_t(options.threads));
     for (int i = 0; i < options.threads; ++i) {
       threads.emplace_back([&] {
         try {

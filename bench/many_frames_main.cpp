@@ -54,14 +54,10 @@ nlohmann::json json_of(const FixStatistics& s) {
           {"vision_s", s.vision_s}};
 }
 
-}  // namespace
-}  // namespace twocone::bench
-
-int main(int argc, char** argv) {
-  using namespace twocone;
+int run(int argc, char** argv) {
   cv::setNumThreads(1);  // the frames are shared among threads
   std::string robot, json;
-  bench::ManyFramesOptions options;
+  ManyFramesOptions options;
   CLI::App app("Fixes of very many frames at independent poses, rendered natively and not stored");
   app.add_option("ROBOT", robot, "robot file of a simulated robot")->required();
   app.add_option("--frames", options.frames, "stereo frames")->check(CLI::PositiveNumber)->capture_default_str();
@@ -72,25 +68,33 @@ int main(int argc, char** argv) {
   app.add_option("--rows", options.rows, "file for a row for each frame; a cut-off command continues it");
   app.add_option("--json", json, "file for the numbers");
   CLI11_PARSE(app, argc, argv);
+  const auto begin = std::chrono::steady_clock::now();
+  std::atomic<int> taken = 0;
+  options.progress = [&](int frames) { std::fprintf(stderr, "\r%d frames", taken += frames); };
+  const auto records = take_frames(config::read_robot(robot), options);
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::fprintf(stderr, "\n");
+  const auto statistics = statistics_of(records);
+  fmt::print("{}, seed {}, native renderer; twocone {}, commit {}, {}\n", robot, options.seed, runlog::version(),
+             runlog::commit(), runlog::compiler());
+  print(statistics);
+  fmt::print("{} frames in {:.1f} s, {:.1f} a second, {} threads\n", taken.load(), wall_s, taken / wall_s,
+             options.threads);
+  if (!json.empty()) {
+    auto numbers = json_of(statistics);
+    numbers["taken_now"] = taken.load();
+    numbers["wall_s"] = wall_s;
+    std::ofstream(json) << numbers.dump(2) << '\n';
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace twocone::bench
+
+int main(int argc, char** argv) {
   try {
-    const auto begin = std::chrono::steady_clock::now();
-    std::atomic<int> taken = 0;
-    options.progress = [&](int frames) { std::fprintf(stderr, "\r%d frames", taken += frames); };
-    const auto records = bench::take_frames(config::read_robot(robot), options);
-    const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    std::fprintf(stderr, "\n");
-    const auto statistics = bench::statistics_of(records);
-    fmt::print("{}, seed {}, native renderer; twocone {}, commit {}, {}\n", robot, options.seed, runlog::version(),
-               runlog::commit(), runlog::compiler());
-    bench::print(statistics);
-    fmt::print("{} frames in {:.1f} s, {:.1f} a second, {} threads\n", taken.load(), wall_s, taken / wall_s,
-               options.threads);
-    if (!json.empty()) {
-      auto numbers = bench::json_of(statistics);
-      numbers["taken_now"] = taken.load();
-      numbers["wall_s"] = wall_s;
-      std::ofstream(json) << numbers.dump(2) << '\n';
-    }
+    return twocone::bench::run(argc, argv);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "many_frames: %s\n", e.what());
     return 1;

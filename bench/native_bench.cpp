@@ -28,7 +28,12 @@
 namespace twocone::bench {
 namespace {
 
-using namespace twocone::sim_povray;
+using sim_povray::FloorMotion;
+using sim_povray::motion_between;
+using sim_povray::NativeView;
+using sim_povray::parse_poses;
+using sim_povray::PoolRenderer;
+using sim_povray::Renderer;
 using twocone::testing_support::value;
 
 struct Options {
@@ -72,6 +77,7 @@ double wall_s(const RobotScene& stage, int threads) {
     const NativeView::Moment moment = view.native->at(*poses);
     std::atomic<int> next = 0;
     std::vector<std::jthread> workers;
+    workers.reserve(std::size_t(threads));
     for (int i = 0; i < threads; ++i) {
       workers.emplace_back([&] {
         for (int band = next++; band < view.native->bands(); band = next++) view.native->render(moment, band, image);
@@ -163,6 +169,7 @@ nlohmann::json measure(const std::string& robot_file, const Options& options) {
   result["ratio"] = median(povray_s) / median(native_s);
   for (const int threads : {1, 2, 4}) {
     std::vector<double> walls;
+    walls.reserve(std::size_t(options.repeats) * std::size_t(options.timed_frames));
     for (int i = 0; i < options.repeats * options.timed_frames; ++i) walls.push_back(wall_s(stage, threads));
     result["wall_ms"][std::to_string(threads)] = 1e3 * median(walls);
   }
@@ -184,11 +191,7 @@ void print(const nlohmann::json& r) {
   std::fflush(stdout);
 }
 
-}  // namespace
-}  // namespace twocone::bench
-
-int main(int argc, char** argv) {
-  using namespace twocone::bench;
+int run(int argc, char** argv) {
   Options options;
   CLI::App app("The native renderer against POV-Ray");
   app.add_option("ROBOT", options.robots, "robot files of simulated robots")->required();
@@ -220,4 +223,16 @@ int main(int argc, char** argv) {
   }
   if (!options.json.empty()) std::ofstream(options.json) << results.dump(2) << '\n';
   return failed;
+}
+
+}  // namespace
+}  // namespace twocone::bench
+
+int main(int argc, char** argv) {
+  try {
+    return twocone::bench::run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "native_bench: %s\n", e.what());
+    return 1;
+  }
 }

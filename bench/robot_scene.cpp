@@ -15,7 +15,18 @@
 namespace twocone::bench {
 namespace {
 
-using namespace twocone::sim_povray;
+using sim_povray::FloorMotion;
+using sim_povray::kPlainQuality;
+using sim_povray::motion_between;
+using sim_povray::NamedBlock;
+using sim_povray::NativeView;
+using sim_povray::Outline;
+using sim_povray::parse_poses;
+using sim_povray::Povray;
+using sim_povray::Scene;
+using sim_povray::SceneAccess;
+using sim_povray::Solid;
+using sim_povray::ViewTemplate;
 using twocone::testing_support::value;
 
 constexpr double kBody_m = 0.3;

@@ -311,7 +311,7 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
   auto bundle = std::make_unique<RayBundle>();
   auto seen = std::make_unique<SeenTile>();
   auto means = std::make_unique<TileVectors>();
-  std::array<std::uint8_t, std::size_t{3} * kTileRays> means_bytes;
+  TileBytes means_bytes;
   const PosedScene posed(in.scene, in.poses);
   const Vec3 down{0, -1, 0};
   constexpr int kSide = kSamples * kTilePixels;
@@ -341,7 +341,7 @@ Image SceneGeometry::overhead(const OverheadView& view) const {
       }
       srgb_bytes(*means, means_bytes);
       for (int y = top; y < std::min(top + kTilePixels, height_px); ++y) {
-        std::copy_n(means_bytes.data() + std::size_t{3} * kTilePixels * std::size_t(y - top),
+        std::copy_n(means_bytes.begin() + std::ptrdiff_t{3} * kTilePixels * (y - top),
                     3 * std::min(kTilePixels, width_px - left),
                     bytes + 3 * (std::size_t(y) * std::size_t(width_px) + std::size_t(left)));
       }

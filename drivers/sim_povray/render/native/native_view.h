@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -61,6 +62,12 @@ class NativeView {
   [[nodiscard]] int height_px() const { return height_px_; }
 
  private:
+  static constexpr int kTileSide = 8;
+  static_assert(kTileSide * kTileSide == kTileRays);
+  // POV-Ray smooths an image in squares of this size, from the window's corner, each for itself: measured.
+  static constexpr int kBlock_px = 32;
+  static_assert(kBlock_px % kTileSide == 0);
+
   /// What a pixel shows that does not change while only the robot moves.
   struct FixedPixel {
     enum class Kind : std::uint8_t {
@@ -111,7 +118,9 @@ class NativeView {
 
   NativeView(EvaluatedScene scene, const ViewTemplate& view_template);
 
-  [[nodiscard]] Ray camera_ray(double column, double row) const;
+  static ImagePoint centre_of(int x, int y) { return {x + 0.5, y + 0.5}; }
+  [[nodiscard]] ImagePoint sample_point(int x, int y, int number) const;
+  [[nodiscard]] Ray camera_ray(const ImagePoint& point) const;
   /// @param end where the camera's ray ends
   FixedPixel fixed_pixel(const Ray& ray, Ray& reflected, bool& meets_own, Vec3& end) const;
   [[nodiscard]] FixedTile fixed_tile(int column, int row);
@@ -145,8 +154,11 @@ class NativeView {
   }
   /// Finds what the centres of rows show, all of which are of the window. Calls `visit(column, row, lanes, colours)`
   /// for tiles that begin there, with the lanes that are of these rows. @param truth as in render()
-  template <class Visit>
-  void visit_tiles(const Moment& moment, int first_row, int last_row, PixelTruth* truth, Visit visit) const;
+  using TileVisitor = std::function<void(int column, int row, std::uint64_t lanes, const TileVectors& colours)>;
+  void visit_tiles(const Moment& moment, int first_row, int last_row, PixelTruth* truth,
+                   const TileVisitor& visit) const;
+  /// Stores some lanes of a tile as pixels of an image's row.
+  static void store(const TileBytes& bytes, int first_lane, int count, std::size_t pixel, Image& image);
   /// Sets what the centres of a tile's pixels show. @param inside the pixels that are wanted
   void tile_centres(const Moment& moment, int column, int row, std::uint64_t inside, TileVectors& tile,
                     PixelTruth* truth) const;

@@ -12,6 +12,9 @@ struct Ray {
   [[nodiscard]] Vec3 at(double t) const { return origin + direction * t; }
 };
 
+/// Returns a normal on the side that a ray of this direction comes from.
+inline Vec3 against(const Vec3& normal, const Vec3& direction) { return dot(normal, direction) > 0 ? -normal : normal; }
+
 /// A box along the axes.
 struct Bounds3 {
   Vec3 low, high;

@@ -282,7 +282,7 @@ void Mix(std::uint64_t lanes, const Vec3& base, const Vec3& share, const TileVec
   }
 }
 
-void SrgbBytes(const ByteTable& table, const TileVectors& colours, std::array<std::uint8_t, 3 * kTileRays>& bytes) {
+void SrgbBytes(const ByteTable& table, const TileVectors& colours, TileBytes& bytes) {
   const hn::RebindToSigned<Doubles> integers;
   const auto convert = [&](const Lane& component, std::size_t first) {
     HWY_ALIGN std::array<std::int64_t, kTileRays> found;
@@ -365,7 +365,7 @@ void add_diffuse(std::uint64_t lanes, const TileSurfaces& surfaces, const Lane& 
 void mix(std::uint64_t lanes, const Vec3& base, const Vec3& share, const TileVectors& seen, TileVectors& colours) {
   HWY_DYNAMIC_DISPATCH(Mix)(lanes, base, share, seen, colours);
 }
-void srgb_bytes(const TileVectors& colours, std::array<std::uint8_t, 3 * kTileRays>& bytes) {
+void srgb_bytes(const TileVectors& colours, TileBytes& bytes) {
   static const ByteTable table;
   HWY_DYNAMIC_DISPATCH(SrgbBytes)(table, colours, bytes);
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -86,9 +87,11 @@ void add_diffuse(std::uint64_t lanes, const TileSurfaces& surfaces, const Lane& 
                  TileVectors& colours);
 /// Sets the colours of some lanes to base + share seen.
 void mix(std::uint64_t lanes, const Vec3& base, const Vec3& share, const TileVectors& seen, TileVectors& colours);
-/// Sets the bytes of an image file (`File_Gamma=sRGB`) for the colours, pixel by pixel.
+/// The bytes of a tile's pixels: red, green and blue of the first, and so on.
+using TileBytes = std::array<std::uint8_t, std::size_t{3} * kTileRays>;
+/// Sets the bytes of an image file (`File_Gamma=sRGB`) for the colours.
 /// Source: IEC 61966-2-1, and the nearest byte.
-void srgb_bytes(const TileVectors& colours, std::array<std::uint8_t, 3 * kTileRays>& bytes);
+void srgb_bytes(const TileVectors& colours, TileBytes& bytes);
 
 /// Returns the name of the instruction set in use: "AVX2".
 std::string instruction_set();

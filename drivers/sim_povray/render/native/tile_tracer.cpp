@@ -306,7 +306,7 @@ void show_item(const PosedScene& posed, const RayBundle& bundle, int number, std
   };
   const auto set_normal = [&](int lane, const Vec3& own) {
     const Vec3 normal = normalized(is_still ? own : posed.poses().of(group.mover).normal(own));
-    w.surfaces.normals.set(lane, dot(normal, bundle.rays.direction.at(lane)) > 0 ? -normal : normal);
+    w.surfaces.normals.set(lane, against(normal, bundle.rays.direction.at(lane)));
   };
   const EvaluatedScene& scene = posed.scene().scene();
   if (item.is_box) {
@@ -368,7 +368,7 @@ void reflect(const PosedScene& posed, const RayBundle& bundle, int level, std::u
   for_each_lane(lanes, [&](int lane) {
     const auto i = std::size_t(lane);
     const Colour& share = w.textures[i]->finish.reflection;
-    w.reflected_weights[i] = weights[i] * std::max({share.x, share.y, share.z});
+    w.reflected_weights[i] = weights[i] * greatest_component(share);
     if (w.reflected_weights[i] < scene.adc_bailout) return;
     w.reflected.used |= std::uint64_t{1} << lane;
     const Vec3 direction = bundle.rays.direction.at(lane);

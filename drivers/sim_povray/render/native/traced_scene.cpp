@@ -124,7 +124,7 @@ PosedScene::PosedScene(const TracedScene& scene, Poses poses) : scene_(scene), p
     LightSource light = given;
     light.position = poses_.of(light.mover).point(given.position);
     light.point_at = poses_.of(light.mover).point(given.point_at);
-    lights_.push_back(std::move(light));
+    lights_.push_back(light);
   }
 }
 
