@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -16,23 +15,13 @@ namespace {
 
 /// A thing of the scene that nothing of the map covers: cells that touch each other.
 struct Thing {
-  double min_x_m = std::numeric_limits<double>::infinity(), max_x_m = -min_x_m;
-  double min_y_m = min_x_m, max_y_m = -min_x_m;
+  cv::Rect box{};  ///< of cells
   double top_m = 0;
   std::map<int, int> cells_of{};  ///< by object
-
-  void add(const FloorPoint& p, int object, double top) {
-    min_x_m = std::min(min_x_m, p.x_m - kCell_m / 2);
-    max_x_m = std::max(max_x_m, p.x_m + kCell_m / 2);
-    min_y_m = std::min(min_y_m, p.y_m - kCell_m / 2);
-    max_y_m = std::max(max_y_m, p.y_m + kCell_m / 2);
-    top_m = std::max(top_m, top);
-    ++cells_of[object];
-  }
 };
 
-std::string describe(const Thing& thing, const sim_povray::SceneGeometry& scene, double height_m,
-                     const std::string& map_file) {
+Finding finding_of(const Thing& thing, const sim_povray::SceneGeometry& scene, const sim_povray::FloorGrid& grid,
+                   double height_m, const std::string& map_file) {
   const auto most = std::ranges::max_element(thing.cells_of, {}, [](const auto& entry) { return entry.second; });
   const sim_povray::SceneObject& object = scene.objects()[std::size_t(most->first)];
   const std::string others = thing.cells_of.size() > 1 ? fmt::format(" and {} other{}", thing.cells_of.size() - 1,
@@ -40,9 +29,14 @@ std::string describe(const Thing& thing, const sim_povray::SceneGeometry& scene,
                                                        : "";
   const std::string high = thing.top_m >= height_m ? fmt::format("{:.2f} m or more high", height_m)
                                                    : fmt::format("up to {:.2f} m high", thing.top_m);
-  return fmt::format("{}: {}{} at x {:.2f} to {:.2f}, y {:.2f} to {:.2f}, {}: no obstacle of {} covers it",
-                     object.place(), object.kind, others, thing.min_x_m, thing.max_x_m, thing.min_y_m, thing.max_y_m,
-                     high, map_file);
+  const FloorPoint low{grid.corner.x_m + kCell_m * thing.box.x, grid.corner.y_m + kCell_m * thing.box.y};
+  const double wide_m = kCell_m * thing.box.width, deep_m = kCell_m * thing.box.height;
+  return {
+      Disagreement::kNotOnMap,
+      fmt::format("{}: {}{} at x {:.2f} to {:.2f}, y {:.2f} to {:.2f}, {}: no obstacle of {} covers it", object.place(),
+                  object.kind, others, low.x_m, low.x_m + wide_m, low.y_m, low.y_m + deep_m, high, map_file),
+      {low.x_m + wide_m / 2, low.y_m + deep_m / 2},
+      {}};
 }
 
 /// Returns the map's landmark or obstacle alone, as what may be there.
@@ -102,15 +96,17 @@ void check_obstacles(const Subject& subject, const sim_povray::SceneGeometry& sc
   cv::Mat1i labels;
   const int count = cv::connectedComponents(uncovered, labels);
   std::vector<Thing> things(std::size_t(std::max(0, count - 1)));
-  for (std::size_t i = 0; i < grid.size(); ++i) {
-    const int label = labels(int(i) / grid.columns, int(i) % grid.columns);
-    if (label > 0) things[std::size_t(label - 1)].add(grid.centre(i), held[i], top_m[std::size_t(held[i])]);
+  for (int i = 0; i < int(grid.size()); ++i) {
+    const int row = i / grid.columns, column = i % grid.columns;
+    if (labels(row, column) == 0) continue;
+    Thing& thing = things[std::size_t(labels(row, column) - 1)];
+    const int object = held[std::size_t(i)];
+    thing.box |= cv::Rect(column, row, 1, 1);
+    thing.top_m = std::max(thing.top_m, top_m[std::size_t(object)]);
+    ++thing.cells_of[object];
   }
   for (const Thing& thing : things) {
-    look.findings.push_back({Disagreement::kNotOnMap,
-                             describe(thing, scene, height_m, subject.map.file.string()),
-                             {(thing.min_x_m + thing.max_x_m) / 2, (thing.min_y_m + thing.max_y_m) / 2},
-                             {}});
+    look.findings.push_back(finding_of(thing, scene, grid, height_m, subject.map.file.string()));
   }
 
   const auto& obstacles = subject.map.obstacles;

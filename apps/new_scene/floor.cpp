@@ -94,12 +94,7 @@ std::optional<Bounds3> extent(const SceneGeometry& geometry) {
   if (boxes.empty()) return std::nullopt;
   std::erase_if(boxes, [&, most = 100 * median(sizes)](const Bounds3& box) { return size(box) > most; });
   Bounds3 result = boxes.front();
-  for (const Bounds3& box : boxes) {
-    result.low = {std::min(result.low.x, box.low.x), std::min(result.low.y, box.low.y),
-                  std::min(result.low.z, box.low.z)};
-    result.high = {std::max(result.high.x, box.high.x), std::max(result.high.y, box.high.y),
-                   std::max(result.high.z, box.high.z)};
-  }
+  for (const Bounds3& box : boxes) result = around(result, box);
   return result;
 }
 

@@ -18,10 +18,8 @@ struct PointBox {
   Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
 
   void add(const Vec3& point, double radius = 0) {
-    box.low = {std::min(box.low.x, point.x - radius), std::min(box.low.y, point.y - radius),
-               std::min(box.low.z, point.z - radius)};
-    box.high = {std::max(box.high.x, point.x + radius), std::max(box.high.y, point.y + radius),
-                std::max(box.high.z, point.z + radius)};
+    const Vec3 half{radius, radius, radius};
+    box = {lowest(box.low, point - half), highest(box.high, point + half)};
   }
 };
 

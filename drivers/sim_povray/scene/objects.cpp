@@ -71,8 +71,8 @@ Box box_of_conic(const Prism& prism) {
   const double most = std::max(std::abs(prism.low), std::abs(prism.high));
   for (const Contour& contour : prism.contours) {
     for (const auto& [x, z] : contour) {
-      box.low = {std::min(box.low.x, most * x), box.low.y, std::min(box.low.z, most * z)};
-      box.high = {std::max(box.high.x, most * x), box.high.y, std::max(box.high.z, most * z)};
+      box.low = lowest(box.low, {most * x, prism.low, most * z});
+      box.high = highest(box.high, {most * x, prism.low, most * z});
     }
   }
   return box;

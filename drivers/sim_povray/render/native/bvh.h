@@ -11,12 +11,6 @@
 
 namespace twocone::sim_povray {
 
-/// Returns the smallest box around both.
-inline Bounds3 around(const Bounds3& a, const Bounds3& b) {
-  return {{std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y), std::min(a.low.z, b.low.z)},
-          {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y), std::max(a.high.z, b.high.z)}};
-}
-
 /// A bounding volume hierarchy over boxes, by the surface area heuristic (Wald 2007, "On fast construction of SAH-based
 /// bounding volume hierarchies").
 class Bvh {

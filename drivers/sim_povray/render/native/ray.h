@@ -21,6 +21,8 @@ struct Bounds3 {
 
   friend bool operator==(const Bounds3&, const Bounds3&) = default;
 };
+/// Returns the smallest box around both.
+constexpr Bounds3 around(const Bounds3& a, const Bounds3& b) { return {lowest(a.low, b.low), highest(a.high, b.high)}; }
 
 /// Where a line crosses a surface of the second degree, in order; `count` is 0, 1 or 2.
 struct Roots {

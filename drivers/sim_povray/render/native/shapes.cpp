@@ -31,9 +31,6 @@ bool is_invertible(const Transform& map) {
          std::ranges::all_of(map.rows(), is_finite);
 }
 
-Vec3 lowest(const Vec3& a, const Vec3& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
-Vec3 highest(const Vec3& a, const Vec3& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
-
 /// Returns the scene's axis as seen from the frame: the dot product with it is the image's coordinate without offset.
 Vec3 seen_axis(const Transform& frame, std::size_t axis) {
   const auto& rows = frame.rows();
@@ -54,7 +51,6 @@ Bounds3 image_of_box(const Transform& frame, const Vec3& low, const Vec3& high) 
   });
 }
 
-Bounds3 around_both(const Bounds3& a, const Bounds3& b) { return {lowest(a.low, b.low), highest(a.high, b.high)}; }
 Bounds3 overlap(const Bounds3& a, const Bounds3& b) { return {highest(a.low, b.low), lowest(a.high, b.high)}; }
 bool is_empty(const Bounds3& b) { return !(b.low.x <= b.high.x && b.low.y <= b.high.y && b.low.z <= b.high.z); }
 
@@ -70,7 +66,7 @@ Bounds3 around_edges(const std::vector<ContourEdge>& edges) {
   Bounds3 bounds{{kInfinity, 0, kInfinity}, {-kInfinity, 0, -kInfinity}};
   for (const ContourEdge& e : edges) {
     const Vec3 from{e.from_x, 0, e.from_z}, to{e.to_x, 0, e.to_z};
-    bounds = around_both(bounds, {lowest(from, to), highest(from, to)});
+    bounds = around(bounds, {lowest(from, to), highest(from, to)});
   }
   return bounds;
 }
@@ -313,7 +309,7 @@ std::optional<Bounds3> PlacedCone::bounds() const {
     return about(frame.point({0, 0, z}), frame,
                  [&](const Vec3& axis) { return radius(z) * std::hypot(axis.x, axis.y); });
   };
-  return around_both(end(0), end(1));
+  return around(end(0), end(1));
 }
 
 std::optional<Bounds3> PlacedDisc::bounds() const {
@@ -532,7 +528,7 @@ std::optional<Bounds3> TracedSolid::bounds_of(const Side& side) const {
       result = bounds_of(node.sides.front());
       for (const Side& part : node.sides) {
         const auto bounds = bounds_of(part);
-        if (result) result = bounds ? std::optional(around_both(*result, *bounds)) : std::nullopt;
+        if (result) result = bounds ? std::optional(around(*result, *bounds)) : std::nullopt;
       }
     }
   }
@@ -552,7 +548,7 @@ std::optional<Bounds3> TracedSolid::bounds_of_surfaces() const {
       if (bounds) seen = seen ? overlap(*seen, *bounds) : *bounds;
     }
     if (!seen) return std::nullopt;
-    if (!is_empty(*seen)) result = result ? around_both(*result, *seen) : *seen;
+    if (!is_empty(*seen)) result = result ? around(*result, *seen) : *seen;
   }
   return result ? result : Bounds3{};
 }
