@@ -37,7 +37,7 @@ constexpr double kFloor_m = 0.002;
 constexpr double kHue_deg = 5;
 /// Lower things are left out of maps and of this check: tape, door sills, the plates under landmarks.
 constexpr double kLow_m = 0.02;
-/// Side of the squares into which the floor is divided. Narrower things may be missed.
+/// Side of the squares into which the floor is divided (SceneGeometry::cells_of).
 constexpr double kCell_m = 0.02;
 /// Something this near to an obstacle of the map, or to a wall, belongs to it. An outline is accurate to 1 cm, which is
 /// 1.4 cm at a corner, and the middle of a cell is up to 1.4 cm from what it holds; doors and skirting boards stand out
