@@ -210,13 +210,16 @@ std::pair<double, double> wilson(int held, int count) {
 }  // namespace
 
 std::vector<FixRecord> take_frames(const config::Robot& robot, const ManyFramesOptions& options) {
-  const FrameTaker taker(robot, options);
   const std::string head = fmt::format("{}, seed {}, rays {}, twocone {} {}, {}", robot.file.string(), options.seed,
                                        options.antialias ? std::to_string(*options.antialias) : "of the file",
                                        runlog::version(), runlog::commit(), runlog::compiler());
   Rows rows(options.rows, head, options.frames);
   const int blocks = (options.frames + kFramesOfBlock - 1) / kFramesOfBlock;
-  std::atomic<int> next = 0;
+  int first = 0;
+  while (first < blocks && rows.has(first)) ++first;
+  if (first == blocks) return rows.all();
+  const FrameTaker taker(robot, options);  // finds the mirrors, which takes seconds
+  std::atomic<int> next = first;
   std::exception_ptr failure;
   std::mutex mutex;  // of failure
   {
