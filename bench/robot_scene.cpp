@@ -9,6 +9,7 @@
 #include "drivers/sim_povray/effects/scene_calls.h"
 #include "drivers/sim_povray/render/mirror_finder.h"
 #include "drivers/sim_povray/render/povray/scene_access.h"
+#include "drivers/sim_povray/scene_views.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "tests/support/value.h"
 
@@ -20,11 +21,13 @@ using sim_povray::kPlainQuality;
 using sim_povray::motion_between;
 using sim_povray::NamedBlock;
 using sim_povray::NativeView;
+using sim_povray::MovingThing;
 using sim_povray::Outline;
 using sim_povray::parse_poses;
 using sim_povray::Povray;
 using sim_povray::Scene;
 using sim_povray::SceneAccess;
+using sim_povray::ShownCamera;
 using sim_povray::Solid;
 using sim_povray::ViewTemplate;
 using twocone::testing_support::value;
@@ -52,8 +55,16 @@ RobotScene::RobotScene(const config::Robot& robot, const ImageSize& size)
   const NamedBlock carrier = value(scene_.robot(robot.name));
   for (const std::string& name : scene_.names()) {
     if (name != "robot" && !name.starts_with("robot.") && !name.starts_with("moving.")) continue;
-    if (name == carrier.name) carrier_ = movers_.size();
+    if (name == carrier.name) {
+      carrier_ = movers_.size();
+    } else if (name.starts_with("robot.")) {
+      const ShownCamera other = value(shown_camera(place_, name.substr(6), "lower", {}));
+      place_.solids.push_back({name, Disc{{other.x_m, other.y_m}, kBody_m}});
+    }
     movers_.push_back(value(scene_.object(name)));
+  }
+  for (const MovingThing& thing : place_.moving) {
+    place_.solids.push_back({thing.name, Disc{thing.path_m.front(), thing.radius_m}});
   }
   start_ = config::to_start_pose(robot);
   povray_ = std::make_unique<Povray>(value(confined_povray(place_, scene_)));

@@ -41,7 +41,7 @@ class RobotScene {
 
   /// Returns a pose between the walls, also where obstacles are.
   Pose2 pose_anywhere(std::mt19937_64& random) const;
-  /// Returns a pose between the walls where the robot stands in no obstacle.
+  /// Returns a pose between the walls where the robot stands in no obstacle and in no other robot.
   Pose2 free_pose(std::mt19937_64& random) const;
   /// Returns RenderJob::pose of a pose.
   [[nodiscard]] std::string text_of(const Pose2& pose) const;

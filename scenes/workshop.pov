@@ -155,9 +155,9 @@ cylinder { W(1.45, 1.48, 1.20) W(1.45, 1.48, 1.42) 0.025*M texture { T_Grey } }
   box { W(-2.24, 0.30+0.11*I, 0) W(-2.12-0.02*mod(I, 3), 0.39+0.11*I, 1.25+0.35*rand(Rnd)) texture { T_Pine translate I*9*z } }
   #declare I = I + 1;
 #end
-box { W(-2.25, -1.40, 0.50) W(-1.90, 0.05, 0.53) texture { T_Pine } }
-box { W(-2.25, -1.40, 0.90) W(-1.90, 0.05, 0.93) texture { T_Pine } }
-box { W(-2.25, -1.40, 1.30) W(-1.90, 0.05, 1.33) texture { T_Pine } }
+box { W(-2.25, -1.39, 0.50) W(-1.90, 0.04, 0.53) texture { T_Pine } }
+box { W(-2.25, -1.39, 0.90) W(-1.90, 0.04, 0.93) texture { T_Pine } }
+box { W(-2.25, -1.39, 1.30) W(-1.90, 0.04, 1.33) texture { T_Pine } }
 box { W(-2.22, -1.40, 0) W(-1.93, -1.37, 1.33) texture { T_White } }
 box { W(-2.22, 0.02, 0) W(-1.93, 0.05, 1.33) texture { T_White } }
 #declare I = 0;
@@ -173,7 +173,7 @@ box { W(-2.22, 0.02, 0) W(-1.93, 0.05, 1.33) texture { T_White } }
   #end
   #declare I = I + 1;
 #end
-box { W(-2.25, -1.40, 0.10) W(-1.90, 0.05, 0.13) texture { T_Pine } }
+box { W(-2.25, -1.39, 0.10) W(-1.90, 0.04, 0.13) texture { T_Pine } }
 
 // South wall: a bandsaw, a window, a low chest and a stove
 box { W(-1.35, -1.72, 0) W(-0.90, -1.42, 0.62) texture { T_Moss } }
@@ -205,9 +205,9 @@ box { W(WX-0.035, -1.29, 0) W(WX, -0.51, 1.99) texture { T_Steel } no_shadow }
 box { W(WX-0.04, -1.10, 1.10) W(WX, -0.70, 1.80) pigment { color rgb <0.40, 0.44, 0.47> } finish { F_Glow } no_shadow }
 cylinder { W(WX-0.08, -1.24, 1.02) W(WX-0.08, -1.12, 1.02) 0.011*M texture { T_Alu } no_shadow }
 cone { W(WX-0.06, -0.22, 0.75) 0.13*M W(WX-0.04, -0.22, 1.55) 0.05*M texture { T_SteelDk } }
-box { W(1.98, 0.55, 0.42) W(2.25, 1.60, 0.445) texture { T_Pine } }
-box { W(1.98, 0.55, 0.82) W(2.25, 1.60, 0.845) texture { T_Pine } }
-box { W(1.98, 0.55, 1.22) W(2.25, 1.60, 1.245) texture { T_Pine } }
+box { W(1.99, 0.56, 0.42) W(2.25, 1.59, 0.445) texture { T_Pine } }
+box { W(1.99, 0.56, 0.82) W(2.25, 1.59, 0.845) texture { T_Pine } }
+box { W(1.99, 0.56, 1.22) W(2.25, 1.59, 1.245) texture { T_Pine } }
 box { W(1.98, 0.55, 0) W(2.25, 0.575, 1.245) texture { T_White } }
 box { W(1.98, 1.575, 0) W(2.25, 1.60, 1.245) texture { T_White } }
 #declare I = 0;
