@@ -19,9 +19,9 @@ namespace {
 using sim_povray::FloorMotion;
 using sim_povray::kPlainQuality;
 using sim_povray::motion_between;
+using sim_povray::MovingThing;
 using sim_povray::NamedBlock;
 using sim_povray::NativeView;
-using sim_povray::MovingThing;
 using sim_povray::Outline;
 using sim_povray::parse_poses;
 using sim_povray::Povray;
