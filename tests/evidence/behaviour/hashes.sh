@@ -7,7 +7,7 @@
 #
 # Left out is what belongs to the machine or the moment: measured times, versions, paths. Pixels are hashed, not PNG files.
 # Names that were changed since the hashes were recorded are translated back by renamed.txt, so that a renamed column
-# leaves its hash as it was.
+# leaves its hash as it was. POV-Ray renders all images, because the hashes are older than the native renderer.
 set -euo pipefail
 twocone=$1 source_dir=$(realpath "$2") work=$3
 shift 3
@@ -51,7 +51,7 @@ tables() {
 quiet() { "$@" >"$work/last.out" 2>"$work/last.err" || { echo "hashes.sh: failed: $*" >&2; cat "$work/last.err" >&2; exit 1; }; }
 # drive NAME ROBOT [SEED]
 drive() {
-  [ -e "$work/$1/summary.json" ] || quiet "$twocone" run --robot "$2" --frames "$frames" --seed "${3:-1}" --out "$work/$1" --force
+  [ -e "$work/$1/summary.json" ] || quiet "$twocone" run --renderer povray --robot "$2" --frames "$frames" --seed "${3:-1}" --out "$work/$1" --force
 }
 driven() { drive "$@" && tables "$1" "$work/$1"; }
 
@@ -80,7 +80,7 @@ use_pair_embedded() {
 use_pair_served() {
   local server robot pids=()
   for robot in one two; do changed "$source_dir/robots/pair/$robot.yaml" 's/^attach:.*/attach: behaviour-check/' "pair_$robot"; done
-  "$twocone" serve --scene "$source_dir/scenes/pair/pair.map.yaml" --name behaviour-check >"$work/serve.log" 2>&1 &
+  "$twocone" serve --renderer povray --scene "$source_dir/scenes/pair/pair.map.yaml" --name behaviour-check >"$work/serve.log" 2>&1 &
   server=$!
   # Both robots must attach before the first step. One that finds no server yet tries again later than the other.
   for _ in $(seq 100); do
@@ -135,7 +135,7 @@ use_compare() {
 use_tradeoff() {
   local episodes
   episodes=$("$twocone" tradeoff --help | grep -oE -- '--(legs|episodes)' | head -n 1)
-  local sweep=("$twocone" tradeoff --robot "$source_dir/robots/lab_sim.yaml" "$episodes" 3)
+  local sweep=("$twocone" tradeoff --renderer povray --robot "$source_dir/robots/lab_sim.yaml" "$episodes" 3)
   seq 0 $(($("${sweep[@]}" --shards) - 1)) | quiet xargs -P 2 -I{} "${sweep[@]}" --out "$work/sweep" --shard {}
   quiet "${sweep[@]}" --out "$work/sweep" --merge
   (cd "$work/sweep" && find . -name errors.csv -o -name ranges.csv) | sed 's|^\./||' | LC_ALL=C sort | while read -r file; do
