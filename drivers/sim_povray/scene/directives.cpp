@@ -361,6 +361,7 @@ void Evaluation::define_macro() {
 }
 
 void Evaluation::call_macro(const Macro& macro) {
+  const Level level(*this);  // an argument may call a macro
   if (inputs_.size() >= kMostInputs) fail_at_limit(fmt::format("more than {} macros and files are open", kMostInputs));
   Names arguments;
   expect('(');
@@ -391,6 +392,8 @@ std::shared_ptr<Value> Evaluation::accept_reference() {
 }
 
 void Evaluation::include() {
+  constexpr std::size_t kCost = 1000;  // tokens: that of opening a file
+  count_tokens(kCost);
   const std::string name = string();
   const int line = line_;
   if (peek_symbol() == ';') (void)raw();
@@ -432,7 +435,9 @@ void Evaluation::declare(bool local) {
     if (target != nullptr) {
       *target = std::move(value);
     } else if (!local || inputs_.size() >= inputs) {
-      set(std::string(name.text), std::move(value), local);
+      // A macro that gave the value may still be open: it is not the place of its caller's names.
+      Names& names = local ? inputs_[inputs - 1].locals : globals_;
+      names.insert_or_assign(std::string(name.text), std::make_shared<Value>(std::move(value)));
     }
   };
   try {

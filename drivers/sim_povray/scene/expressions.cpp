@@ -415,6 +415,7 @@ Colour Evaluation::grey_or_colour() {
 }
 
 std::string Evaluation::string() {
+  const Level level(*this);
   const Token token = next();
   if (token.kind == Kind::kString) return std::string(token.text.substr(1, token.text.size() - 2));
   if (token.text == "concat") {
