@@ -291,6 +291,12 @@ std::vector<std::string> timing_words(const runlog::TimingSummary& timing) {
   return words;
 }
 
+std::string robot_options(const config::Robot& robot) {
+  std::string options = "--robot " + shell_word(robot.file.string());
+  for (const config::KeyChange& change : robot.changes) options += " --set " + shell_word(to_string(change));
+  return options;
+}
+
 std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method) {
   if (info.behaviour == runlog::kImported) {
     std::string import;
@@ -307,12 +313,9 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
   const std::string time_budget = budget_s ? fmt::format(" --budget-ms {:.12g}", *budget_s * 1e3) : "";
   const std::string renderer =
       info.renderer.empty() ? "" : " --renderer " + info.renderer.substr(0, info.renderer.find(' '));
-  std::string changes;
-  for (const config::KeyChange& change : robot.changes) changes += " --set " + shell_word(to_string(change));
-  return fmt::format("twocone run --robot {}{} --behaviour {} --frames {} --method {}{}{} --seed {}{}{}",
-                     shell_word(robot.file.string()), changes, shell_word(info.behaviour), info.frames_wanted,
-                     shell_word(method), time_budget, renderer, info.seed, info.truth ? " --truth" : "",
-                     info.real_time ? " --real-time" : "");
+  return fmt::format("twocone run {} --behaviour {} --frames {} --method {}{}{} --seed {}{}{}", robot_options(robot),
+                     shell_word(info.behaviour), info.frames_wanted, shell_word(method), time_budget, renderer,
+                     info.seed, info.truth ? " --truth" : "", info.real_time ? " --real-time" : "");
 }
 
 std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, const config::Robot& robot,
