@@ -52,8 +52,6 @@ std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, c
 /// @param notes receives the reason if a baseline exists but cannot be read
 std::string table_of(const runlog::RunData& run, std::vector<std::string>& notes);
 
-/// Returns the options that name a robot, `--robot FILE --set KEY=VALUE`, for a POSIX shell.
-std::string robot_options(const config::Robot& robot);
 /// Returns the command that repeats this run. Words are quoted for a POSIX shell if necessary.
 std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method);
 

@@ -291,12 +291,6 @@ std::vector<std::string> timing_words(const runlog::TimingSummary& timing) {
   return words;
 }
 
-std::string robot_options(const config::Robot& robot) {
-  std::string options = "--robot " + shell_word(robot.file.string());
-  for (const config::KeyChange& change : robot.changes) options += " --set " + shell_word(to_string(change));
-  return options;
-}
-
 std::string repeat_command(const runlog::RunInfo& info, const config::Robot& robot, const std::string& method) {
   if (info.behaviour == runlog::kImported) {
     std::string import;

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/report.h"
+#include "apps/report/kit/plain_text.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/version.h"
 #include "apps/tradeoff/output.h"

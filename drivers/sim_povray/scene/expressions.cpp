@@ -99,6 +99,7 @@ Vec3 as_vector(const Number& n) { return n.size == 1 ? Vec3{n.v[0], n.v[0], n.v[
 }  // namespace
 
 bool Evaluation::condition() {
+  const Condition reading(*this);
   expect('(');
   const double truth = full().v[0];
   expect(')');
