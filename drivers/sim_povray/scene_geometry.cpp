@@ -158,10 +158,9 @@ Result<SceneGeometry> SceneGeometry::read(const PlaceSettings& place, Leniency* 
   const auto choice = choose_rendering(*text, place.switches, access);
   if (!choice) return choice.error();
   // The robot's cameras may be of a kind that the evaluator does not know.
-  const std::string seen = without_blocks(
-      choice->scene.text(), [&](const NamedBlock& block) {
-        return leniency == nullptr && block.keyword == "camera" && block.obstacle.empty();
-      });
+  const std::string seen = without_blocks(choice->scene.text(), [&](const NamedBlock& block) {
+    return leniency == nullptr && block.keyword == "camera" && block.obstacle.empty();
+  });
   auto scene = evaluate(seen, choice->scene.path(), include_reader(access), {.leniency = leniency});
   if (!scene) return scene.error();
   for (Object& object : scene->objects) object.mover = is_still(object) ? -1 : kNotStill;

@@ -117,8 +117,8 @@ class SceneGeometry {
 };
 
 /// Returns the text of a scene without its robot's blocks, `robot`, `lower` and `upper` and those of further robots;
-/// line numbers do not change. Empty: it names none. Errors: kNotFound, kRefused, as Scene::read; kRefused: such a block
-/// is a part of another statement.
+/// line numbers do not change. Empty: it names none. Errors: kNotFound, kRefused, as Scene::read; kRefused: such a
+/// block is a part of another statement.
 Result<std::string> text_without_robot(const std::filesystem::path& scene);
 
 }  // namespace twocone::sim_povray
