@@ -18,11 +18,15 @@
 #include <Eigen/Dense>
 
 #include "apps/config/to_layers.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"
+#include "apps/runlog/run_data.h"
+#include "apps/runlog/storage/disk.h"
 #include "apps/runlog/summary/bounds.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/version.h"
+#include "base/hash.h"
 #include "base/quantile.h"
 #include "bench/robot_scene.h"
 #include "drivers/sim_povray/camera/camera_stage.h"
@@ -84,6 +88,10 @@ class Rows {
     }
     for (auto& [block, records] : found) {
       const int wanted = std::min(kFramesOfBlock, frames - block * kFramesOfBlock);
+      if (int(records.size()) > wanted) {
+        throw std::runtime_error(
+            fmt::format("{}: holds more than {} frames; name another file", file.string(), frames));
+      }
       // With fewer frames, the last block had another bound.
       if (int(records.size()) == wanted) blocks_[block] = std::move(records);
     }
@@ -92,11 +100,14 @@ class Rows {
     for (const auto& [block, records] : blocks_) {
       for (const FixRecord& record : records) text += line_of(record);
     }
-    out_.open(file, std::ios::trunc);
-    if (!(out_ << text << std::flush)) throw std::runtime_error(fmt::format("{}: cannot be written", file.string()));
+    runlog::write_whole(file, text);
+    out_.open(file, std::ios::app);
   }
 
-  [[nodiscard]] bool has(int block) const { return blocks_.contains(block); }
+  [[nodiscard]] bool has(int block) const {
+    const std::lock_guard lock(mutex_);
+    return blocks_.contains(block);
+  }
   void add(int block, std::vector<FixRecord> records) {
     std::string text;
     for (const FixRecord& record : records) text += line_of(record);
@@ -104,7 +115,7 @@ class Rows {
     if (out_.is_open() && !(out_ << text << std::flush)) throw std::runtime_error("the rows cannot be written");
     blocks_[block] = std::move(records);
   }
-  /// Returns the records of all blocks, in order.
+  /// Returns the records of all blocks, in order. All threads have ended.
   [[nodiscard]] std::vector<FixRecord> all() const {
     std::vector<FixRecord> result;
     for (const auto& [block, records] : blocks_) result.insert(result.end(), records.begin(), records.end());
@@ -113,7 +124,7 @@ class Rows {
 
  private:
   std::ofstream out_;
-  std::mutex mutex_;  // of what add() changes
+  mutable std::mutex mutex_;  // of what add() changes
   std::map<int, std::vector<FixRecord>> blocks_;
 };
 
@@ -199,6 +210,14 @@ class FrameTaker {
   const RobotScene scene_;
 };
 
+/// Returns a digest of the files that the frames are made from.
+std::uint64_t inputs(const config::Robot& robot) {
+  const config::Map map = config::read_map(robot.map);
+  std::string text = config::read_text(robot.file) + config::read_text(map.file);
+  for (const auto& [file, digest] : runlog::scene_files(map)) text += digest;
+  return base::fnv1a(text);
+}
+
 /// Returns Wilson's interval of a share, at 95 %.
 std::pair<double, double> wilson(int held, int count) {
   const double n = count, p = held / n, z2 = runlog::k95Sigmas * runlog::k95Sigmas;
@@ -210,9 +229,10 @@ std::pair<double, double> wilson(int held, int count) {
 }  // namespace
 
 std::vector<FixRecord> take_frames(const config::Robot& robot, const ManyFramesOptions& options) {
-  const std::string head = fmt::format("{}, seed {}, rays {}, twocone {} {}, {}", robot.file.string(), options.seed,
-                                       options.antialias ? std::to_string(*options.antialias) : "of the file",
-                                       runlog::version(), runlog::commit(), runlog::compiler());
+  const std::string head =
+      fmt::format("{}, files {:016x}, seed {}, rays {}, twocone {} {}, {}", robot.file.string(), inputs(robot),
+                  options.seed, options.antialias ? std::to_string(*options.antialias) : "of the file",
+                  runlog::version(), runlog::commit(), runlog::compiler());
   Rows rows(options.rows, head, options.frames);
   const int blocks = (options.frames + kFramesOfBlock - 1) / kFramesOfBlock;
   int first = 0;

@@ -2,13 +2,13 @@
 // Prints the position error, the coverage of the ellipses and the bound over very many frames (many_frames.h).
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "apps/runlog/storage/disk.h"
 #include "apps/runlog/version.h"
 #include "bench/many_frames.h"
 
@@ -84,7 +84,7 @@ int run(int argc, char** argv) {
     auto numbers = json_of(statistics);
     numbers["taken_now"] = taken.load();
     numbers["wall_s"] = wall_s;
-    std::ofstream(json) << numbers.dump(2) << '\n';
+    runlog::write_whole(json, numbers.dump(2) + '\n');
   }
   return 0;
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/robot_scene.h"
 
-#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "apps/config/to_layers.h"
 #include "drivers/sim_povray/effects/scene_calls.h"
@@ -22,36 +24,23 @@ using sim_povray::motion_between;
 using sim_povray::MovingThing;
 using sim_povray::NamedBlock;
 using sim_povray::NativeView;
-using sim_povray::Outline;
 using sim_povray::parse_poses;
 using sim_povray::Povray;
 using sim_povray::Scene;
 using sim_povray::SceneAccess;
 using sim_povray::ShownCamera;
-using sim_povray::Solid;
 using sim_povray::ViewTemplate;
 using twocone::testing_support::value;
 
 constexpr double kBody_m = 0.3;
 
-bool is_near(const Solid& solid, const Pose2& pose) {
-  if (const auto* disc = std::get_if<Disc>(&solid.shape)) {
-    return std::hypot(pose.x_m - disc->centre.x_m, pose.y_m - disc->centre.y_m) < disc->radius_m + kBody_m;
-  }
-  // Its bounds are enough: obstacles are small.
-  FloorPoint low{1e9, 1e9}, high{-1e9, -1e9};
-  for (const FloorPoint& corner : std::get<Outline>(solid.shape)) {
-    low = {std::min(low.x_m, corner.x_m), std::min(low.y_m, corner.y_m)};
-    high = {std::max(high.x_m, corner.x_m), std::max(high.y_m, corner.y_m)};
-  }
-  return pose.x_m > low.x_m - kBody_m && pose.x_m < high.x_m + kBody_m && pose.y_m > low.y_m - kBody_m &&
-         pose.y_m < high.y_m + kBody_m;
-}
-
 }  // namespace
 
 RobotScene::RobotScene(const config::Robot& robot, const ImageSize& size)
-    : map_(config::read_map(robot.map)), place_(config::to_place(map_)), scene_(value(Scene::read(place_.scene))) {
+    : map_(config::read_map(robot.map)),
+      place_(config::to_place(map_)),
+      scene_(value(Scene::read(place_.scene))),
+      arena_(config::to_arena(map_)) {
   const NamedBlock carrier = value(scene_.robot(robot.name));
   for (const std::string& name : scene_.names()) {
     if (name != "robot" && !name.starts_with("robot.") && !name.starts_with("moving.")) continue;
@@ -59,12 +48,12 @@ RobotScene::RobotScene(const config::Robot& robot, const ImageSize& size)
       carrier_ = movers_.size();
     } else if (name.starts_with("robot.")) {
       const ShownCamera other = value(shown_camera(place_, name.substr(6), "lower", {}));
-      place_.solids.push_back({name, Disc{{other.x_m, other.y_m}, kBody_m}});
+      arena_.discs.push_back({{other.x_m, other.y_m}, kBody_m});
     }
     movers_.push_back(value(scene_.object(name)));
   }
   for (const MovingThing& thing : place_.moving) {
-    place_.solids.push_back({thing.name, Disc{thing.path_m.front(), thing.radius_m}});
+    arena_.discs.push_back({thing.path_m.front(), thing.radius_m});
   }
   start_ = config::to_start_pose(robot);
   povray_ = std::make_unique<Povray>(value(confined_povray(place_, scene_)));
@@ -76,16 +65,20 @@ Pose2 RobotScene::pose_anywhere(std::mt19937_64& random) const {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
   const config::Bounds& b = map_.bounds;
+  if (b.max_x_m - b.min_x_m <= 2 * kBody_m || b.max_y_m - b.min_y_m <= 2 * kBody_m) {
+    throw std::runtime_error(fmt::format("{}: its bounds are too narrow for a robot", map_.file.string()));
+  }
   return {between(b.min_x_m + kBody_m, b.max_x_m - kBody_m), between(b.min_y_m + kBody_m, b.max_y_m - kBody_m),
           between(-M_PI, M_PI)};
 }
 
 Pose2 RobotScene::free_pose(std::mt19937_64& random) const {
-  Pose2 there;
-  do {
-    there = pose_anywhere(random);
-  } while (std::ranges::any_of(place_.solids, [&](const Solid& solid) { return is_near(solid, there); }));
-  return there;
+  constexpr int kMostTries = 10'000;
+  for (int i = 0; i < kMostTries; ++i) {
+    const Pose2 there = pose_anywhere(random);
+    if (arena_.clearance_m({there.x_m, there.y_m}) >= kBody_m) return there;
+  }
+  throw std::runtime_error(fmt::format("{}: no place of its floor is free for a robot", map_.file.string()));
 }
 
 std::string RobotScene::text_of(const Pose2& pose) const { return text_of(motion_between(start_, pose)); }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "base/plane.h"
@@ -42,6 +43,7 @@ class RobotScene {
   /// Returns a pose between the walls, also where obstacles are.
   Pose2 pose_anywhere(std::mt19937_64& random) const;
   /// Returns a pose between the walls where the robot stands in no obstacle and in no other robot.
+  /// @throws std::runtime_error none was found
   Pose2 free_pose(std::mt19937_64& random) const;
   /// Returns RenderJob::pose of a pose.
   [[nodiscard]] std::string text_of(const Pose2& pose) const;
@@ -54,6 +56,7 @@ class RobotScene {
   config::Map map_;
   sim_povray::PlaceSettings place_;
   sim_povray::Scene scene_;
+  behaviours::Arena arena_;  ///< with what else the scene shows
   std::vector<sim_povray::NamedBlock> movers_{};
   std::size_t carrier_ = 0;
   Pose2 start_{};

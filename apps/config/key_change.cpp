@@ -42,7 +42,7 @@ KeyChange parse_change(std::string_view text) {
   const std::string_view key = text.substr(0, equals);
   const bool has_gap = key.starts_with('.') || key.ends_with('.') || key.find("..") != std::string_view::npos;
   if (equals == std::string_view::npos || equals + 1 == text.size() || !is_name(key, "._") || has_gap) {
-    throw FileError("--set {}: must be KEY=VALUE, such as cameras.lower.rate_hz=10", text);
+    throw FileError("--set {}: must be KEY=VALUE, such as cameras.lower.antialias=3", text);
   }
   KeyChange change{std::string(present_name(NameOf::kRobotKey, key)), std::string(text.substr(equals + 1))};
   (void)parse_yaml(change.value, fmt::format("--set {}", text));

@@ -19,7 +19,8 @@ struct KeyChange {
   friend bool operator==(const KeyChange&, const KeyChange&) = default;
 };
 
-/// Returns the change that is written as KEY=VALUE. An old name of the key is replaced by the present one.
+/// Returns the change that is written as KEY=VALUE. An old name of the key is replaced by the present one,
+/// except within `cameras:`.
 /// @throws FileError for any other text and for a value that is not YAML
 KeyChange parse_change(std::string_view text);
 

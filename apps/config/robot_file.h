@@ -116,8 +116,9 @@ struct Robot {
 };
 
 /// Reads a robot file, changed by `changes`, and the files that it names as `camera_info` (read_camera_info). A message
-/// about a changed key names the change instead of the line. It does not check that
-/// the drivers exist (drivers/backends.h), or that the map exists and fits the robot (apps/config/to_layers.h).
+/// about the value of a changed key names the change instead of the line; one about `name`, or about the start's place
+/// on the map, names the key alone. It does not check that the drivers exist (drivers/backends.h), or that the map
+/// exists and fits the robot (apps/config/to_layers.h).
 /// @throws FileError as read_map
 Robot read_robot(const std::filesystem::path& file, const std::vector<KeyChange>& changes = {});
 /// Reads a robot from a node of a larger file (run.yaml). Messages name `file`, and relative paths start at its folder.

@@ -176,8 +176,8 @@ void check_floor(const Subject& subject, const sim_povray::SceneGeometry& scene,
   const std::string scene_file = subject.map.scene->string();
   if (!hit) return add(fmt::format("{}: there is no floor under the start ({}, {})", scene_file, start.x_m, start.y_m));
   const double floor_m = from_m - hit->distance_m;
-  // What stands at the start is a finding of check_obstacles().
-  if (floor_m > kLow_m || std::abs(floor_m) <= kFloor_m) {
+  if (floor_m > kLow_m) return;  // what stands at the start is a finding of check_obstacles(), and hides the floor
+  if (std::abs(floor_m) <= kFloor_m) {
     look.checked.push_back(fmt::format("the floor under the start, to {:.0f} mm", 1000 * kFloor_m));
     return;
   }

@@ -122,7 +122,8 @@ std::vector<FoundLandmark> scene_landmarks(const SceneGeometry& geometry, const 
     for (double& part : landmark.colour) part = std::clamp(part, 0.0, 1.0);
     if (cylinder.bottom_m > FloorPlan::kLow_m || landmark.top_m < kLeastTop_m || landmark.top_m > kGreatestTop_m ||
         landmark.radius_m < kLeastRadius_m || landmark.radius_m > kGreatestRadius_m ||
-        std::abs(landmark.x_m - centre.x_m) > kHalf_m || std::abs(landmark.y_m - centre.y_m) > kHalf_m) {
+        std::abs(landmark.x_m - centre.x_m) + landmark.radius_m > kHalf_m ||
+        std::abs(landmark.y_m - centre.y_m) + landmark.radius_m > kHalf_m) {
       continue;
     }
     // A thing that stands on it hides the edge of its top.

@@ -50,6 +50,16 @@ class Text {
   std::string text_;
 };
 
+/// Returns the text as a quoted YAML scalar.
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char letter : text) {
+    if (letter == '"' || letter == '\\') result += '\\';
+    result += letter;
+  }
+  return result + '"';
+}
+
 std::string origin_of(const FoundLandmark& found) { return found.place.empty() ? "added" : found.place; }
 
 void write_wrapper(const Room& room, const std::filesystem::path& path) {
@@ -95,9 +105,9 @@ void write_map(const Room& room, const RoomSettings& settings, const NewFiles& f
   Text file;
   file.print("# Map of {}, by `twocone new`. The floor is {}, at y = {} POV-Ray units.\n",
              files.wrapper.filename().string(), room.floor.place, room.floor.units);
-  file.print("scene: {}\nscene_paths: [\"{}\"", files.wrapper.filename().string(), room.scene.parent_path().string());
+  file.print("scene: {}\nscene_paths: [{}", quoted(files.wrapper.filename()), quoted(room.scene.parent_path()));
   for (const auto& folder : settings.scene_paths) {
-    file.print(", \"{}\"", std::filesystem::absolute(folder).lexically_normal().string());
+    file.print(", {}", quoted(std::filesystem::absolute(folder).lexically_normal()));
   }
   file.print("]\n# {}\nunit_m: {:.12g}\n", room.floor.why_unit, room.floor.unit_m);
   file.print("bounds_m: {{x: [{:.3f}, {:.3f}], y: [{:.3f}, {:.3f}]}}\nlandmarks:\n", room.bounds.min_x_m,
@@ -122,13 +132,12 @@ void write_map(const Room& room, const RoomSettings& settings, const NewFiles& f
 
 void write_robot(const Room& room, const NewFiles& files) {
   Text file;
-  const std::string name = files.robot.stem().string();
   file.print(
       "# The robot in {}, by `twocone new`. The lab's robot file explains the keys.\n#\n"
       "#   twocone run --robot {} --frames 4\n\n",
       files.wrapper.filename().string(), files.robot.string());
-  file.print("name: {}\nmap: {}\nstart: {{x_m: {:.6f}, y_m: {:.6f}, heading_rad: 0.0}}\n", name,
-             files.map.filename().string(), room.start.x_m, room.start.y_m);
+  file.print("name: {}\nmap: {}\nstart: {{x_m: {:.6f}, y_m: {:.6f}, heading_rad: 0.0}}\n", quoted(files.robot.stem()),
+             quoted(files.map.filename()), room.start.x_m, room.start.y_m);
   file.print(R"(latency_frames: 4
 body: {{radius_m: {}}}
 drive: {{driver: sim_povray, wheel_separation_m: 0.30, wheel_radius_m: 0.05, max_speed_mps: 0.5, command_timeout_s: 0.5}}

@@ -307,12 +307,9 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
   const std::string time_budget = budget_s ? fmt::format(" --budget-ms {:.12g}", *budget_s * 1e3) : "";
   const std::string renderer =
       info.renderer.empty() ? "" : " --renderer " + info.renderer.substr(0, info.renderer.find(' '));
-  std::string changes;
-  for (const config::KeyChange& change : robot.changes) changes += " --set " + shell_word(to_string(change));
-  return fmt::format("twocone run --robot {}{} --behaviour {} --frames {} --method {}{}{} --seed {}{}{}",
-                     shell_word(robot.file.string()), changes, shell_word(info.behaviour), info.frames_wanted,
-                     shell_word(method), time_budget, renderer, info.seed, info.truth ? " --truth" : "",
-                     info.real_time ? " --real-time" : "");
+  return fmt::format("twocone run {} --behaviour {} --frames {} --method {}{}{} --seed {}{}{}", robot_options(robot),
+                     shell_word(info.behaviour), info.frames_wanted, shell_word(method), time_budget, renderer,
+                     info.seed, info.truth ? " --truth" : "", info.real_time ? " --real-time" : "");
 }
 
 std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, const config::Robot& robot,

@@ -198,7 +198,7 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
   sweep.commit = runlog::commit();
   sweep.compiler = runlog::compiler();
   sweep.machine = machine();
-  sweep.repeat = fmt::format("twocone tradeoff --robot {} --episodes {} --seed {}{}", report::shell_word(sweep.robot),
+  sweep.repeat = fmt::format("twocone tradeoff {} --episodes {} --seed {}{}", report::robot_options(subject.robot),
                              asked.episodes, asked.seed, asked.fine ? " --fine" : "");
   sweep.seed = asked.seed;
   sweep.episodes = int(subject.plan.episodes.size());

@@ -71,7 +71,7 @@ config::Robot robot_of(const CalibrateArguments& options, const runlog::RunData&
   if (!options.robot.empty()) return config::read_robot(options.robot);
   config::Robot now;
   try {
-    now = config::read_robot(run.robot.file);
+    now = config::read_robot(run.robot.file, run.robot.changes);
   } catch (const config::FileError&) {
     throw CommandFailed("{}: its robot file {} cannot be read any more: name one with --robot", run.folder.string(),
                         run.robot.file.string());

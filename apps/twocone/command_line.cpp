@@ -134,7 +134,7 @@ config::Robot RobotArgument::read() const {
 CLI::Option* add_robot(CLI::App* command, RobotArgument& robot, const std::string& text) {
   command
       ->add_option("--set", robot.changes,
-                   "KEY=VALUE: use this value for a key of the robot file, such as cameras.lower.rate_hz=10;\n"
+                   "KEY=VALUE: use this value for a key of the robot file, such as cameras.lower.antialias=3;\n"
                    "may be given more than once")
       ->allow_extra_args(false);
   return command->add_option("--robot", robot.file, text);

@@ -40,7 +40,7 @@ bool is_still(const Object& object) {
   return !(object.name == "robot" || object.name.starts_with("robot.") || object.name.starts_with("moving."));
 }
 
-/// Returns the text with blanks for the named blocks that `is_left_out` chooses.
+/// Returns the text with blanks for the named blocks that `is_left_out` chooses. They have no obstacle.
 template <class IsLeftOut>
 std::string without_blocks(std::string text, IsLeftOut is_left_out) {
   for (const NamedBlock& block : outline(text).blocks) {
@@ -50,6 +50,11 @@ std::string without_blocks(std::string text, IsLeftOut is_left_out) {
         [](char letter) { return letter != '\n'; }, ' ');
   }
   return text;
+}
+
+bool is_of_robot(const NamedBlock& block) {
+  const std::string kind = block.name.substr(0, block.name.find('.'));
+  return kind == "robot" || kind == "lower" || kind == "upper";
 }
 
 Rgb as_rgb(const Colour& colour) { return {colour.x, colour.y, colour.z}; }
@@ -84,15 +89,13 @@ void collect(const Object& object, std::vector<Rgb>& colours) {
 
 bool is_inside(const TracedScene::Item& item, const Vec3& p) {
   const auto bounds = item.solid.bounds();
-  const bool may_be = !bounds || (p.x >= bounds->low.x && p.x <= bounds->high.x && p.y >= bounds->low.y &&
-                                  p.y <= bounds->high.y && p.z >= bounds->low.z && p.z <= bounds->high.z);
-  return may_be && item.solid.contains(p);
+  return (!bounds || is_within(p, *bounds)) && item.solid.contains(p);
 }
 
 /// Returns the object as an upright cylinder in the scene's coordinates, y up, without its colour.
 std::optional<SceneCylinder> as_cylinder(const Object& object) {
   const auto* cone = std::get_if<Cone>(&object.shape);
-  if (cone == nullptr || cone->open || cone->base_radius != cone->cap_radius || object.inverse ||
+  if (cone == nullptr || cone->open || cone->base_radius != cone->cap_radius || object.inverse || object.is_bound ||
       !object.clipped_by.empty()) {
     return std::nullopt;
   }
@@ -155,8 +158,9 @@ Result<SceneGeometry> SceneGeometry::read(const PlaceSettings& place, Leniency* 
   const auto choice = choose_rendering(*text, place.switches, access);
   if (!choice) return choice.error();
   // The robot's cameras may be of a kind that the evaluator does not know.
-  const std::string seen = without_blocks(
-      choice->scene.text(), [&](const NamedBlock& block) { return leniency == nullptr && block.keyword == "camera"; });
+  const std::string seen = without_blocks(choice->scene.text(), [&](const NamedBlock& block) {
+    return leniency == nullptr && block.keyword == "camera" && block.obstacle.empty();
+  });
   auto scene = evaluate(seen, choice->scene.path(), include_reader(access), {.leniency = leniency});
   if (!scene) return scene.error();
   for (Object& object : scene->objects) object.mover = is_still(object) ? -1 : kNotStill;
@@ -354,13 +358,14 @@ Result<std::string> text_without_robot(const std::filesystem::path& scene) {
   const auto read = Scene::read(scene);
   if (!read) return read.error();
   bool has_robot = false;
-  std::string text = without_blocks(read->text(), [&](const NamedBlock& block) {
-    const std::string kind = block.name.substr(0, block.name.find('.'));
-    const bool is_robot = kind == "robot" || kind == "lower" || kind == "upper";
-    has_robot = has_robot || is_robot;
-    return is_robot;
-  });
-  return has_robot ? text : std::string();
+  for (const NamedBlock& block : outline(read->text()).blocks) {
+    if (!is_of_robot(block)) continue;
+    has_robot = true;
+    if (block.obstacle.empty()) continue;
+    return Error(ErrorCode::kRefused, "{}:{}: '{}' must stand at the top level of the file to be left out, and {}",
+                 scene.string(), block.place.line, block.name, block.obstacle);
+  }
+  return has_robot ? without_blocks(read->text(), is_of_robot) : std::string();
 }
 
 }  // namespace twocone::sim_povray

@@ -27,7 +27,7 @@ using Rgb = std::array<double, 3>;  ///< in linear light
 
 /// An object of the scene. The parts of a union are objects of their own.
 struct SceneObject {
-  std::string kind{};  ///< POV-Ray's keyword: "box", "cylinder", "difference"
+  std::string kind{};  ///< POV-Ray's keyword: "box", "cylinder", "difference"; "shape": only a bound of it is known
   std::string file{};  ///< where its statement begins; that of a macro is in the macro's body
   int line = 0;
   bool is_still = false;  ///< it stands still and is seen in mirrors; all questions but overhead() concern these alone
@@ -117,7 +117,8 @@ class SceneGeometry {
 };
 
 /// Returns the text of a scene without its robot's blocks, `robot`, `lower` and `upper` and those of further robots;
-/// line numbers do not change. Empty: it names none. Errors: kNotFound, kRefused, as Scene::read.
+/// line numbers do not change. Empty: it names none. Errors: kNotFound, kRefused, as Scene::read; kRefused: such a
+/// block is a part of another statement.
 Result<std::string> text_without_robot(const std::filesystem::path& scene);
 
 }  // namespace twocone::sim_povray

@@ -94,7 +94,7 @@ TEST(KeyChange, EveryWrongOneIsNamed) {
 TEST(KeyChange, OtherTextIsRefused) {
   for (const std::string_view text : {"", "=", "=1", "name", "name=", ".name=x", "name.=x", "a..b=1", "a b=1"}) {
     EXPECT_EQ(message_of([&] { static_cast<void>(parse_change(text)); }),
-              fmt::format("--set {}: must be KEY=VALUE, such as cameras.lower.rate_hz=10", text));
+              fmt::format("--set {}: must be KEY=VALUE, such as cameras.lower.antialias=3", text));
   }
   EXPECT_THAT(message_of([] { static_cast<void>(parse_change("waypoints_m=[1")); }),
               StartsWith("--set waypoints_m=[1:"));

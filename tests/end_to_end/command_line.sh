@@ -52,8 +52,10 @@ diff -r "$work/full.timeless" "$work/closed.timeless" >"$work/differences" || fa
 
 # ---- the log: in the run folder alone, and on standard error where it is asked for
 [ -f "$work/full/run.log" ] || fail 'a run without its run.log'
-gives 'run with its log' 0 ' info run: 2 frames, behaviour still' "$twocone" run --robot "$small" --frames 2 --behaviour still --out "$work/logged" --log-level info
+gives 'run with its log' 0 ' info run: 2 frames, behaviour still' "$twocone" run --robot "$small" --frames 2 --behaviour still --set rig.lens_height_m=0.26 --out "$work/logged" --log-level info
 grep -q ' info run: 2 frames, behaviour still' "$work/logged/run.log" || fail "run.log lacks what was shown: $(cat "$work/logged/run.log")"
+# The rig of that run is not that of its file.
+gives 'calibrate of a run with --set' 1 'logged has 2 frames, a calibration needs' "$twocone" calibrate "$work/logged" --out "$work/calibrated.yaml"
 
 # ---- docs/running.md shows each kind of line that a run prints
 "$twocone" localise "$work/full" >"$work/table" 2>&1 || fail "localise: $(cat "$work/table")"

@@ -45,6 +45,10 @@ TEST(ManyFrames, AreTheSameAgainAndAfterAnInterruption) {
   ManyFramesOptions others = options(file, 1);
   others.seed = 4;
   EXPECT_THROW(take_frames(robot, others), std::runtime_error);
+  ManyFramesOptions fewer = options(file, 1);
+  fewer.frames = kFrames - 1;
+  EXPECT_THROW(take_frames(robot, fewer), std::runtime_error) << "rows would be lost";
+  EXPECT_EQ(taken_again(1), 0);
 }
 
 TEST(ManyFrames, StatisticsOfKnownErrors) {

@@ -11,7 +11,9 @@ measured=("${sources[@]-}")
 [ -n "${measured[0]}" ] || measured=(CMakeLists.txt CMakePresets.json cmake include base hal vision localisation drivers apps scenes robots)
 measured+=("${also[@]}")
 [ -z "$(git status --porcelain --untracked-files=no -- "${measured[@]}")" ] || commit+="+"
-work=$PWD/evidence-runs/$(git ls-tree HEAD -- "${measured[@]}" | sha1sum | cut -c1-10)${commit##*[0-9a-f]}/$topic
+state_of() { git ls-tree "$1" -- "${measured[@]}" | sha1sum | cut -c1-10; } # of a commit's measured sources
+state=$(state_of HEAD)
+work=$PWD/evidence-runs/$state${commit##*[0-9a-f]}/$topic
 pages=docs/evidence # folder of the page
 mkdir -p "$work" "$pages"
 twocone=$PWD/build/release/twocone
@@ -38,6 +40,15 @@ holds() { awk "BEGIN { print ($1) ? \"yes\" : \"no\" }"; }
 
 # TWOCONE_EVIDENCE_SECONDS=N: no step starts after N seconds; the next call continues with the remaining steps.
 # TWOCONE_EVIDENCE_ONLY=REGEX: only steps with matching names run; steps that were done before still count.
+# TWOCONE_EVIDENCE_EARLIER=STATE, with ONLY: all other steps are taken from the folder of earlier sources, evidence-runs/STATE. The
+# page names all commits, and counts as stale.
+if [ -n "${TWOCONE_EVIDENCE_EARLIER:-}" ] && [ -z "$(ls "$work")" ]; then
+  cp -r "evidence-runs/$TWOCONE_EVIDENCE_EARLIER/$topic/." "$work"
+  for done in "$work"/*.status; do
+    name=$(basename "$done" .status)
+    [[ ! $name =~ $TWOCONE_EVIDENCE_ONLY ]] || rm "$done"
+  done
+fi
 # step NAME COMMAND...: runs the command once for these sources; its output is $work/NAME.log, its status $work/NAME.status
 step() {
   local name=$1
@@ -65,6 +76,10 @@ status_of() { cat "$work/$1.status" 2>/dev/null || echo "not run"; }
 passed() { [ "$(status_of "$1")" = 0 ] && echo yes || echo no; }
 
 page() { # page TITLE
+  local one
+  for one in $(sort -u "$work"/*.commit); do
+    [ "$(state_of "${one%+}")" = "$state" ] || state="mixed: some steps were measured on earlier sources"
+  done
   {
     echo "# Evidence: $1"
     echo
@@ -74,7 +89,7 @@ page() { # page TITLE
     echo "|---|---|"
     echo "| commit measured | $(sort -u "$work"/*.commit | tr '\n' ' ')|"
     echo "| sources | ${measured[*]} |"
-    echo "| their state | $(git ls-tree HEAD -- "${measured[@]}" | sha1sum | cut -c1-10) |"
+    echo "| their state | $state |"
     echo "| date | $(date -u +%Y-%m-%d) |"
     echo "| machine | $(nproc) cores, $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(awk '/MemTotal/ { printf "%.0f GiB", $2 / 1048576 }' /proc/meminfo), $(. /etc/os-release && echo "$PRETTY_NAME") |"
     echo "| program | $($twocone --version) |"

@@ -33,6 +33,12 @@ double radius(const std::string& text) {
   return std::get<Sphere>(scene->objects[0].shape).radius;
 }
 
+std::string repeated(const std::string& text, int times) {
+  std::string result;
+  for (int i = 0; i < times; ++i) result += text;
+  return result;
+}
+
 std::string complaint(const std::string& text) {
   const auto scene = read(text);
   return scene ? "" : scene.error().message;
@@ -103,6 +109,14 @@ TEST(Evaluator, WhatIsNotSupportedIsNamedWithItsLine) {
   EXPECT_NE(complaint("#while (1) #end").find("tokens"), std::string::npos);
 }
 
+/// POV-Ray allows it for objects and textures.
+TEST(Evaluator, AMacroMayGiveItsValueInABranch) {
+  const std::string pick = "#macro Pick(C) #if (C) sphere { 0, 2 } #else sphere { 0, 1 } #end #end ";
+  EXPECT_EQ(radius(pick + "#local H = Pick(1) object { H }"), 2);
+  EXPECT_EQ(radius(pick + "#declare H = sphere { 0, 9 } #macro M() #local H = Pick(0) object { H } #end M()"), 1);
+  EXPECT_EQ(radius(pick + "#declare C = Pick(1) object { C }"), 2) << "a name of the macro's parameter";
+}
+
 /// What POV-Ray prints for these texts: an argument that is a name alone is passed by reference.
 TEST(Evaluator, AMacroChangesTheNamesThatItIsGiven) {
   const std::string grow = "#macro Grow(X) #declare X = X + 10; #end #declare A = 1; ";
@@ -126,7 +140,7 @@ TEST(Evaluator, AMacroChangesTheNamesThatItIsGiven) {
 TEST(Evaluator, WhatDoesNotEndOrGrowsIsRefused) {
   const EvaluatorSettings small{.most_tokens = 1'000'000, .most_objects = 10'000};
   struct Case {
-    const char* text;
+    std::string text;
     const char* limit;
   };
   for (
@@ -134,7 +148,15 @@ TEST(Evaluator, WhatDoesNotEndOrGrowsIsRefused) {
           Case{"#macro M()\nM() #end M()", "t.pov:2: more than 100 macros and files are open"},
           Case{"#macro A() B() #end #macro B()\nA() #end A()", "more than 100 macros and files are open"},
           Case{"#macro M(X) M(X + 1) #end M(0)", "t.pov:1: more than 100 macros and files are open"},
-          Case{"#while (1\n#end", "this is nested too deeply"},
+          Case{"#while (1\n#end", "t.pov:2: #end stands inside of a condition"},
+          Case{"#while (1 + #end", "#end stands inside of a condition"},
+          Case{"#while (1) #while (#break 1) #end #end", "#break stands inside of a condition"},
+          Case{"#switch (1) #case (#end", "#end stands inside of a condition"},
+          Case{"#macro M() #if (0) #elseif (1 #end #end M()", "#end stands inside of a condition"},
+          Case{"#macro m() #end " + repeated("m ", 50'000), "this is nested too deeply"},
+          Case{"#macro m(X) X #end sphere { 0, " + repeated("m(", 50'000), "this is nested too deeply"},
+          Case{"#debug " + repeated("concat(", 50'000), "this is nested too deeply"},
+          Case{"sphere { 0, 1 " + repeated("transform { ", 50'000), "this is nested too deeply"},
           Case{"\n#while (1)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
           Case{"#for (I, 0, 1e300)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
           Case{"#for (I, 0, 1, 1e-300)\n#end", "t.pov:2: the scene has more than 1000000 tokens to evaluate"},
@@ -168,6 +190,18 @@ TEST(Evaluator, WhatDoesNotEndOrGrowsIsRefused) {
     ASSERT_FALSE(scene) << c.text;
     EXPECT_NE(scene.error().message.find(c.limit), std::string::npos) << c.text << "\n" << scene.error().message;
   }
+}
+
+TEST(Evaluator, FilesWithoutATokenCountToo) {
+  int opened = 0;
+  const auto empty = [&](const std::string& name) {
+    ++opened;
+    return std::optional(IncludedFile{.path = name, .text = ""});
+  };
+  const auto scene = evaluate("#while (1) #include \"empty.inc\" #end", "t.pov", empty, {.most_tokens = 1'000'000});
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().message.find("more than 1000000 tokens"), std::string::npos) << scene.error().message;
+  EXPECT_LE(opened, 1000);
 }
 
 TEST(Evaluator, ADeclarationThatNothingUsesMayHoldAnything) {

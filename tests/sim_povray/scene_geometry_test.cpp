@@ -65,7 +65,8 @@ TEST(SceneGeometry, OnlyWholeUprightRoundCylindersCount) {
       "cylinder { 0, 2*y, 0.3 no_reflection }\n"
       "cylinder { 0, 2*y, 0.3 clipped_by { box { -1, 1 } } }\n"
       "difference { cylinder { 0, 2*y, 0.3 } sphere { 0, 0.1 } }\n"
-      "cone { 0, 0.3, 2*y, 0.29 }\n");
+      "cone { 0, 0.3, 2*y, 0.29 }\n"
+      "lathe { linear_spline 4, <0, 0>, <0.3, 0>, <0.1, 0.5>, <0, 0.5> }\n");
   ASSERT_TRUE(scene) << scene.geometry.error().message;
   EXPECT_THAT(scene->upright_cylinders(), IsEmpty());
 }
@@ -209,6 +210,19 @@ TEST(SceneGeometry, TheScenesOwnRobotIsNoPartOfIt) {
   EXPECT_THAT(*without, HasSubstr("sphere { 0, 1 }"));
   EXPECT_EQ(without->find("PMName"), std::string::npos);
   EXPECT_EQ(*text_without_robot(folder.write("t.pov", "box { -1, 1 }")), "");
+}
+
+TEST(SceneGeometry, ARobotThatIsAPartOfAnotherStatementIsNotLeftOut) {
+  const testing_support::TemporaryFolder folder;
+  const std::string robot = "union {\n  //*PMName robot\n  sphere { 0, 1 }\n}\n";
+  for (const std::string& text :
+       {"#declare R = " + robot,
+        std::string("#declare A = 0;\n#if (A)\nunion {\n#else\nunion { //*PMName robot\n#end\nsphere { 0, 1 } }"),
+        std::string("#declare A = 0;\nunion { //*PMName robot\nsphere { 0, 1 }\n#if (A) } #else } #end")}) {
+    EXPECT_THAT(text_without_robot(folder.write("s.pov", text)),
+                testing_support::FailsWith(ErrorCode::kRefused, HasSubstr("top level")))
+        << text;
+  }
 }
 
 }  // namespace

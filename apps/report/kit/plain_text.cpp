@@ -94,4 +94,10 @@ std::string shell_word(const std::string& word) {
   return safe + "'";
 }
 
+std::string robot_options(const config::Robot& robot) {
+  std::string options = "--robot " + shell_word(robot.file.string());
+  for (const config::KeyChange& change : robot.changes) options += " --set " + shell_word(to_string(change));
+  return options;
+}
+
 }  // namespace twocone::report

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/config/robot_file.h"
+
 /// Text for a terminal.
 namespace twocone::report {
 
@@ -31,5 +33,7 @@ std::string repeat_lines(std::size_t width, std::string command);
 
 /// Returns a word for a POSIX shell: unchanged, or in quotes if it requires them.
 std::string shell_word(const std::string& word);
+/// Returns the options that name a robot, `--robot FILE --set KEY=VALUE`, for a POSIX shell.
+std::string robot_options(const config::Robot& robot);
 
 }  // namespace twocone::report

@@ -209,7 +209,14 @@ void Evaluation::directive(const Token& token) {
   }
 }
 
+void Evaluation::check_open(std::string_view directive) const {
+  const auto [inputs, sections] = closed_;
+  if (inputs_.size() > inputs || inputs_.back().sections.size() > sections) return;
+  if (inputs > 0) fail(fmt::format("#{} stands inside of a condition", directive));
+}
+
 void Evaluation::end_section(const Token& token) {
+  check_open(token.text);
   auto& sections = inputs_.back().sections;
   if (sections.empty()) unsupported(token, "stands outside of what it belongs to");
   const SectionKind kind = sections.back().kind;
@@ -227,6 +234,7 @@ void Evaluation::end_section(const Token& token) {
   } else if (kind == SectionKind::kSwitch) {
     // A case without #break goes on into the next one, and into #else.
     if (token.text == "else") return;
+    const Condition reading(*this);
     expect('(');
     (void)full();
     if (accept(',')) (void)full();
@@ -286,6 +294,7 @@ void Evaluation::begin_switch() {
       return;
     }
     if (stop == "else") return;
+    const Condition reading(*this);
     expect('(');
     const double from = full().v[0];
     double to = from;
@@ -333,6 +342,7 @@ void Evaluation::begin_loop(std::string_view kind) {
 }
 
 void Evaluation::break_out() {
+  check_open("break");
   auto& sections = inputs_.back().sections;
   while (!sections.empty() && sections.back().kind == SectionKind::kIf) leave_section();
   if (sections.empty()) fail("this #break is in no #switch and no loop");
@@ -361,6 +371,7 @@ void Evaluation::define_macro() {
 }
 
 void Evaluation::call_macro(const Macro& macro) {
+  const Level level(*this);  // an argument may call a macro
   if (inputs_.size() >= kMostInputs) fail_at_limit(fmt::format("more than {} macros and files are open", kMostInputs));
   Names arguments;
   expect('(');
@@ -391,6 +402,8 @@ std::shared_ptr<Value> Evaluation::accept_reference() {
 }
 
 void Evaluation::include() {
+  constexpr std::size_t kCost = 1000;  // tokens: that of opening a file
+  count_tokens(kCost);
   const std::string name = string();
   const int line = line_;
   if (peek_symbol() == ';') (void)raw();
@@ -432,7 +445,9 @@ void Evaluation::declare(bool local) {
     if (target != nullptr) {
       *target = std::move(value);
     } else if (!local || inputs_.size() >= inputs) {
-      set(std::string(name.text), std::move(value), local);
+      // A macro that gave the value may still be open: it is not the place of its caller's names.
+      Names& names = local ? inputs_[inputs - 1].locals : globals_;
+      names.insert_or_assign(std::string(name.text), std::make_shared<Value>(std::move(value)));
     }
   };
   try {

@@ -101,6 +101,22 @@ class Evaluation {
     int& depth_;
   };
 
+  /// While it exists, the sections that are open stay open: a condition must not end what depends on it.
+  class Condition {
+   public:
+    explicit Condition(Evaluation& evaluation)
+        : evaluation_(evaluation),
+          outer_(std::exchange(evaluation.closed_,
+                               {evaluation.inputs_.size(), evaluation.inputs_.back().sections.size()})) {}
+    ~Condition() { evaluation_.closed_ = outer_; }
+    Condition(const Condition&) = delete;
+    Condition& operator=(const Condition&) = delete;
+
+   private:
+    Evaluation& evaluation_;
+    std::pair<std::size_t, std::size_t> outer_;
+  };
+
   // ---- tokens and directives
   struct Loop {
     Lexer start;            // at the condition
@@ -140,6 +156,8 @@ class Evaluation {
 
   void directive(const Token& token);
   void end_section(const Token& token);
+  /// Fails if the directive would end a section whose condition is being read.
+  void check_open(std::string_view directive) const;
   /// Skips to the directive that ends the present branch, and returns it.
   std::string_view skip_to_branch_end();
   void leave_section();
@@ -283,7 +301,8 @@ class Evaluation {
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
-  Leniency notes_;  // of what is being read: of a declaration, else of the scene
+  std::pair<std::size_t, std::size_t> closed_{};  // inputs_, and sections of the last one, that a condition keeps
+  Leniency notes_;                                // of what is being read: of a declaration, else of the scene
   std::map<std::string, Leniency, std::less<>> notes_of_declared_;
   int line_ = 1;           // of the last token read
   std::string_view name_;  // the last name comment read

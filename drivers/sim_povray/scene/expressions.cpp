@@ -99,6 +99,7 @@ Vec3 as_vector(const Number& n) { return n.size == 1 ? Vec3{n.v[0], n.v[0], n.v[
 }  // namespace
 
 bool Evaluation::condition() {
+  const Condition reading(*this);
   expect('(');
   const double truth = full().v[0];
   expect(')');
@@ -415,6 +416,7 @@ Colour Evaluation::grey_or_colour() {
 }
 
 std::string Evaluation::string() {
+  const Level level(*this);
   const Token token = next();
   if (token.kind == Kind::kString) return std::string(token.text.substr(1, token.text.size() - 2));
   if (token.text == "concat") {

@@ -33,12 +33,15 @@ bool has_bound(std::string_view word) {
 }
 
 void Evaluation::note(std::vector<std::string>& list, const std::string& message) {
-  if (std::ranges::find(list, message) == list.end()) list.push_back(message);
+  constexpr std::size_t kMostNotes = 100;  // no person reads more
+  if (list.size() > kMostNotes || std::ranges::find(list, message) != list.end()) return;
+  list.push_back(list.size() < kMostNotes ? message : "more, which are not listed");
 }
 
 void Evaluation::note_use(std::string_view name) {
   const auto found = notes_of_declared_.find(name);
   if (found == notes_of_declared_.end()) return;
+  count_tokens(found->second.left_out.size() + found->second.bounded.size());
   for (const std::string& message : found->second.left_out) note(notes_.left_out, message);
   for (const std::string& message : found->second.bounded) note(notes_.bounded, message);
 }

@@ -302,8 +302,7 @@ Shape Evaluation::read_shape(const std::string& word) {
   if (word == "box") {
     const Vec3 a = vector();
     const Vec3 b = next_vector();
-    return Box{{std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)},
-               {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}};
+    return Box{lowest(a, b), highest(a, b)};
   }
   if (word == "sphere") {
     const Vec3 centre = vector();

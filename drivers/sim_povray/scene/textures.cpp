@@ -84,6 +84,7 @@ bool Evaluation::read_transformation(const Token& token, Placing& placing) {
 }
 
 Placing Evaluation::read_placing() {
+  const Level level(*this);
   expect('{');
   Placing placing;
   for (Token token = next(); !token.is('}'); token = next()) {

@@ -6,7 +6,6 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "drivers/sim_povray/render/native/pigment_colour.h"
@@ -74,7 +73,8 @@ Ray NativeView::camera_ray(const ImagePoint& point) const {
 
 void NativeView::plan() {
   const auto& groups = scene_.groups();
-  for (std::size_t i = 0; i < std::min(groups.size(), kGroupBits); ++i) {
+  if (groups.size() > kGroupBits) return;  // those without a bit belong to every set, also to own_
+  for (std::size_t i = 0; i < groups.size(); ++i) {
     if (groups[i].mover == robot_ || groups[i].mover == kViewMover) own_ |= GroupSet{1} << i;
   }
   const Vec3 eye = scene_.scene().camera->location;
@@ -83,7 +83,10 @@ void NativeView::plan() {
   for (int y = window_.first_row; y <= window_.last_row; y += kTileSide) {
     for (int x = window_.first_column; x <= window_.last_column; x += kTileSide) tiles_.push_back(fixed_tile(x, y));
   }
-  if (antialias_ > 1) samples_ = std::vector<LazySamples>(tiles_.size());
+  const std::size_t samples = tiles_.size() * kTileRays * std::size_t(antialias_) * std::size_t(antialias_);
+  constexpr std::size_t kMostSampleBytes = std::size_t{512} << 20;
+  const bool is_kept = antialias_ > 1 && samples * sizeof(FixedSamples::Sample) <= kMostSampleBytes;
+  if (is_kept) samples_ = std::vector<LazySamples>(tiles_.size());
 }
 
 NativeView::FixedTile NativeView::fixed_tile(int column, int row) {
@@ -158,12 +161,12 @@ NativeView::Moment NativeView::at(Poses poses) const {
 }
 
 bool NativeView::is_plan_valid(const Poses& poses) const {
-  if (robot_ < 0 || std::size_t(robot_) >= poses.movers.size()) return false;
+  if (tiles_.empty() || std::size_t(robot_) >= poses.movers.size()) return false;
   if (poses.movers[std::size_t(robot_)] != poses.view) return false;
   const Bounds3 sight = moved(sight_, poses.view);
   const auto& groups = scene_.groups();
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    if (i < kGroupBits && (own_ >> i & 1) != 0) continue;
+    if ((own_ >> i & 1) != 0) continue;
     const TracedScene::Group& group = groups[i];
     const Bounds3 box = group.mover == -1 ? sight : moved(sight, poses.of(group.mover).inverse());
     for (const TracedScene::Item& item : group.items) {
@@ -318,7 +321,8 @@ void NativeView::render_plain(const Moment& moment, int band, Image& image, Pixe
   visit_tiles(moment, top, bottom, truth, [&](int column, int row, std::uint64_t inside, const TileVectors& tile) {
     srgb_bytes(tile, bytes);
     for (int y = 0; y < kTileSide; ++y) {
-      store(bytes, y * kTileSide, std::popcount(inside >> (y * kTileSide) & 0xFF), pixel_index(column, row + y), image);
+      const int count = std::popcount(inside >> (y * kTileSide) & 0xFF);
+      if (count > 0) store(bytes, y * kTileSide, count, pixel_index(column, row + y), image);
     }
   });
 }

@@ -16,11 +16,6 @@ namespace {
 constexpr double kSmoothingThreshold = 0.03;
 constexpr double kSmoothingGamma = 0.4;
 
-bool is_within(const Vec3& p, const Bounds3& box) {
-  return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
-         p.z <= box.high.z;
-}
-
 /// Returns a colour as smoothing weighs it.
 Colour weighed(const Colour& colour) {
   const auto of = [](double light) { return light > 0 ? std::pow(light, kSmoothingGamma) : 0; };
@@ -122,7 +117,7 @@ void NativeView::take_samples(const Moment& moment, int left, int top, std::span
   for (const BlockPlace& place : places) {
     const int x = left + place.x;
     const int y = top + place.y;
-    const FixedSamples* const fixed = moment.is_planned ? &fixed_samples(x, y) : nullptr;
+    const FixedSamples* const fixed = moment.is_planned && !samples_.empty() ? &fixed_samples(x, y) : nullptr;
     for (std::size_t i = 0; i < samples; ++i, ++index) {
       const FixedSamples::Sample* const sample = fixed ? &fixed->samples[lane_of(x, y) * samples + i] : nullptr;
       if (sample != nullptr && sample->kind == FixedPixel::Kind::kMirror) {

@@ -31,7 +31,7 @@ void NativeView::plan_truth() const {
   plan.is_too_large = objects->size() > std::numeric_limits<std::uint16_t>::max();
   plan.objects = std::move(objects);
   plan.fixed.resize(fixed_.size());
-  if (robot_ < 0) return;
+  if (tiles_.empty()) return;
   Poses rest;
   rest.movers.resize(std::size_t(robot_) + 1);
   for (int y = window_.first_row; y <= window_.last_row; ++y) {

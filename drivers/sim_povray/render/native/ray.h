@@ -21,6 +21,10 @@ struct Bounds3 {
 
   friend bool operator==(const Bounds3&, const Bounds3&) = default;
 };
+constexpr bool is_within(const Vec3& p, const Bounds3& box) {
+  return p.x >= box.low.x && p.x <= box.high.x && p.y >= box.low.y && p.y <= box.high.y && p.z >= box.low.z &&
+         p.z <= box.high.z;
+}
 /// Returns the smallest box around both.
 constexpr Bounds3 around(const Bounds3& a, const Bounds3& b) { return {lowest(a.low, b.low), highest(a.high, b.high)}; }
 

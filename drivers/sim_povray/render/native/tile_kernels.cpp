@@ -115,12 +115,10 @@ void TransformRays(const Transform& transform, const TileVectors& origin, const 
 }
 
 void InvertDirections(RayTile& rays) {
-  // 1 / this is finite.
-  constexpr double kTiny = 1e-300;
   const auto invert = [](const Lane& direction, Lane& inverse) {
     for (std::size_t i = 0; i < std::size_t(kTileRays); i += step()) {
       const Vector d = load(direction, i);
-      const Vector safe = hn::IfThenElse(hn::Lt(hn::Abs(d), all(kTiny)), all(kTiny), d);
+      const Vector safe = hn::IfThenElse(hn::Lt(hn::Abs(d), all(kLeastComponent)), all(kLeastComponent), d);
       store(hn::Div(all(1.0), safe), inverse, i);
     }
   };

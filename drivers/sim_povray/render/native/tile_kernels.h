@@ -42,10 +42,11 @@ struct alignas(64) TileHits {
 /// Sets the images of rays, and their inverse directions as invert_directions() does.
 void transform_rays(const Transform& transform, const TileVectors& origin, const TileVectors& direction,
                     RayTile& result);
-/// Returns 1 / direction. A component that is nearly 0 counts as 1e-300, so that no product with it is NaN.
+/// A direction's component that is nearer to 0 counts as this, so that no product with its inverse is NaN.
+constexpr double kLeastComponent = 1e-300;
+/// Returns 1 / direction.
 inline double inverse_of(double direction) {
-  constexpr double kTiny = 1e-300;
-  return 1 / (std::abs(direction) < kTiny ? kTiny : direction);
+  return 1 / (std::abs(direction) < kLeastComponent ? kLeastComponent : direction);
 }
 /// Sets `inverse` to inverse_of() the directions.
 void invert_directions(RayTile& rays);

@@ -87,7 +87,7 @@ void TracedScene::add(const Object& object, int mover) {
   const auto box = solid.as_box();
   const int number = int(places_.size());
   places_.push_back({int(group - groups_.begin()), int(group->items.size())});
-  sources_.push_back({kind_of(object.shape), object.name, object.file, object.line});
+  sources_.push_back({object.is_bound ? "shape" : kind_of(object.shape), object.name, object.file, object.line});
   const Texture* box_texture = solid.only_texture() != nullptr ? solid.only_texture() : object.texture.get();
   group->items.push_back({std::move(solid), object.texture.get(), number, !object.no_shadow, !object.no_image,
                           !object.no_reflection, box.value_or(bounds.value_or(Bounds3{})), box.has_value(),
