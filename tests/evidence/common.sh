@@ -23,9 +23,9 @@ unmet=0
 
 report() { echo "evidence $topic: $*" >&2; }
 
-# row WHAT FIGURE TARGET yes|no
+# row WHAT FIGURE TARGET yes|no: removes the path of the source tree from the figure.
 row() {
-  rows+="| $1 | $2 | $3 | $4 |"$'\n'
+  rows+="| $1 | ${2//"$PWD/"/} | $3 | $4 |"$'\n'
   [ "$4" = yes ] || unmet=$((unmet + 1))
   report "$1: $2 (target $3): $4"
 }

@@ -166,7 +166,7 @@ truth_times() {
 step truth truth_times
 middle() { sed -n "s/^$1 //p" "$work/truth.turns" 2>/dev/null | cut -d' ' -f"$2" | sort -g | sed -n 2p; }
 row "60 frames of the lab with --truth and without it: processor time, wall time, medians of three" \
-  "$(middle with 1) s against $(middle without 1) s, $(middle with 2) s against $(middle without 2) s" "a figure" "$(passed truth)"
+  "$(fixed 2 "$(middle with 1)") s against $(fixed 2 "$(middle without 1)") s, $(fixed 2 "$(middle with 2)") s against $(fixed 2 "$(middle without 2)") s" "a figure" "$(passed truth)"
 
 # Frames at independent poses. An interrupted step continues with the frames that it had.
 many=build/release/bench/many_frames
