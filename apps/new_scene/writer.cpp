@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include "apps/new_scene/new_scene.h"
 #include "apps/runlog/storage/disk.h"
@@ -52,12 +53,9 @@ class Text {
 
 /// Returns the text as a quoted YAML scalar.
 std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char letter : text) {
-    if (letter == '"' || letter == '\\') result += '\\';
-    result += letter;
-  }
-  return result + '"';
+  YAML::Emitter out;
+  out << YAML::DoubleQuoted << text;
+  return out.c_str();
 }
 
 std::string origin_of(const FoundLandmark& found) { return found.place.empty() ? "added" : found.place; }
