@@ -87,6 +87,11 @@ void read_estimator(Section& root, EstimatorKeys& keys);
 /// Replaces `estimator:`. Default values are left out, and so is an empty section.
 void set_estimator(YAML::Node& robot, const EstimatorKeys& keys);
 
+// ---- the start of a written file
+
+/// Returns lines as comments. A line break inside one of them does not end the comment.
+std::string comments(const std::vector<std::string>& lines);
+
 // ---- numbers as YAML
 
 /// Returns the shortest text that reads back as the same number.
