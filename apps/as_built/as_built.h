@@ -48,14 +48,14 @@ struct Tolerances {
 
   // ---- of effects that nobody states: from 0 to these, for each view if not said otherwise
   double slip = 0.02;  ///< standard deviation of each wheel's relative slip
-  double read_noise_electrons = 20;
+  double read_noise_electrons = 10;
   double vignetting = 0.3;
   double defocus_px = 1.5;
   double exposure_time_s = 0.015;  ///< common to both cameras, like the following
   double readout_s = 0.015;
-  /// The shot noise: the full well is between these two. A pixel at half of full scale then has a sigma of 0.5 to 1.3 %
-  /// of its light.
-  std::array<double, 2> full_well_electrons{3000, 20000};
+  /// The shot noise: the full well is between these two. With the read noise, a pixel at half of full scale then has a
+  /// sigma of 0.5 to 0.8 % of full scale, 0.8 to 1.4 of 255 levels: a USB camera in a well-lit room.
+  std::array<double, 2> full_well_electrons{8000, 20000};
 };
 
 /// What no model of the robot has. The amounts are these; which view, which direction and which sign is drawn.

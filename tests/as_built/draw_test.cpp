@@ -146,8 +146,8 @@ TEST(AsBuilt, EffectsAreBetweenTheirLimitsAndTheSameForBothFiles) {
     EXPECT_LE(a.built.effects.slip, 0.02);
     for (const drivers::CameraPart* camera : {&a.built.lower, &a.built.upper}) {
       const sim_povray::CameraEffects& e = camera->effects;
-      EXPECT_TRUE(e.full_well_electrons >= 3000 && e.full_well_electrons <= 20000);
-      EXPECT_TRUE(e.read_noise_electrons >= 0 && e.read_noise_electrons <= 20);
+      EXPECT_TRUE(e.full_well_electrons >= 8000 && e.full_well_electrons <= 20000);
+      EXPECT_TRUE(e.read_noise_electrons >= 0 && e.read_noise_electrons <= 10);
       EXPECT_TRUE(e.vignetting >= 0 && e.vignetting <= 0.3);
       EXPECT_TRUE(e.defocus_px >= 0 && e.defocus_px <= 1.5);
       EXPECT_TRUE(e.exposure_time_s >= 0 && e.exposure_time_s <= 0.015);
