@@ -12,8 +12,6 @@ namespace twocone::vision {
 
 using namespace calibration;  // NOLINT(google-build-using-namespace): the parts of which this file is the interface
 
-std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
-
 std::string_view to_string(CalibrationVerdict verdict) {
   constexpr std::array<std::string_view, 5> kNames{"ok", "no_solver", "too_few_frames", "too_few_landmarks",
                                                    "contradictory"};

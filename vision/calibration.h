@@ -16,15 +16,6 @@
 
 namespace twocone::vision {
 
-enum class Side { kLower, kUpper };
-std::string_view to_string(Side side);
-
-/// Returns the part of a rig, or of another pair with the members `lower` and `upper`, that belongs to one side.
-template <typename Parts>
-auto& of_view(Parts& parts, Side side) {
-  return side == Side::kLower ? parts.lower : parts.upper;
-}
-
 /// The sighting of a landmark in one view of one frame.
 struct LandmarkSighting {
   std::size_t landmark = 0;  ///< index into CalibrationProblem::landmarks

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 
@@ -152,6 +153,28 @@ double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
                     std::max(landmark.y_m - bounds.min_y_m, bounds.max_y_m - landmark.y_m));
 }
 
+/// Returns the standard deviations of the rig's numbers, by vision::RigNumber.
+std::vector<double> sigmas_of(const RigSigma& s) {
+  std::vector<double> sigmas(vision::kRigNumbers, 0);
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    const auto set = [&](std::initializer_list<vision::ViewNumber> numbers, double sigma) {
+      for (const vision::ViewNumber number : numbers) sigmas[std::size_t(vision::rig_number(side, number))] = sigma;
+    };
+    set({vision::kColumn, vision::kRow}, s.centre_px);
+    set({vision::kRim}, s.rim_radius_px);
+    set({vision::kAzimuth}, s.azimuth_rad);
+    set({vision::kTiltX, vision::kTiltY}, s.tilt_rad);
+    set({vision::kOffsetX, vision::kOffsetY}, s.axis_offset_m);
+    set({vision::kApex}, s.apex_rad);
+    set({vision::kMirrorRadius}, s.mirror_radius_m);
+    set({vision::kLensToTip}, s.lens_to_tip_m);
+    set({vision::kK1, vision::kK2}, s.distortion);
+  }
+  sigmas[vision::kLensHeight] = s.lens_height_m;
+  sigmas[vision::kSeparation] = s.mirror_separation_m;
+  return sigmas;
+}
+
 void add_keys(const YAML::Node& node, const std::string& prefix, const std::string& file,
               sim_povray::KeyPlaces& places) {
   if (node.IsSequence() && !prefix.empty()) {
@@ -273,6 +296,37 @@ std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map) {
 
 localisation::WheelGeometry to_wheels(const Robot& robot) {
   return {.radius_m = robot.drive.wheel_radius_m, .separation_m = robot.drive.wheel_separation_m};
+}
+
+BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
+  const RigSigma rig = robot.rig.sigma.value_or(ruler_sigma(robot.rig));
+  const WheelSigma wheels = robot.drive.sigma.value_or(ruler_sigma(robot.drive));
+  // All numbers in one list: the rig's, then each landmark's, then the wheels'. Each is independent of the others.
+  std::vector<double> sigmas = sigmas_of(rig);
+  for (const Landmark& landmark : map.landmarks) {
+    const LandmarkSigma& s = landmark.sigma;
+    sigmas.insert(sigmas.end(), {s.x_m, s.y_m, s.top_m, s.radius_m});
+  }
+  const double radius_share = wheels.wheel_radius_m / robot.drive.wheel_radius_m;
+  sigmas.insert(sigmas.end(), {radius_share, wheels.wheel_ratio, wheels.wheel_separation_m});
+
+  const auto count = std::ranges::count_if(sigmas, [](double sigma) { return sigma > 0; });
+  Eigen::MatrixXd by_shared = Eigen::MatrixXd::Zero(Eigen::Index(sigmas.size()), count);
+  Eigen::Index error = 0;
+  for (std::size_t i = 0; i < sigmas.size(); ++i) {
+    if (sigmas[i] > 0) by_shared(Eigen::Index(i), error++) = sigmas[i];
+  }
+  BeliefErrors errors;
+  errors.vision.rig = by_shared.topRows(vision::kRigNumbers);
+  for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
+    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
+    errors.vision.landmarks.emplace_back(by_shared.middleRows(at, vision::kLandmarkNumbers));
+    errors.places.emplace_back(by_shared.middleRows(at + vision::kPlaceX, 2));
+  }
+  Eigen::Matrix3d by_sizes;  // of left radius share, right radius share, separation
+  by_sizes << 1, -0.5, 0, 1, 0.5, 0, 0, 0, 1;
+  errors.wheels = by_sizes * by_shared.bottomRows(3);
+  return errors;
 }
 
 localisation::Pose to_start_pose(const Robot& robot) {

@@ -9,11 +9,13 @@
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
+#include "base/shared_errors.h"
 #include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
+#include "vision/uncertain_rig.h"
 
 /// Converts files to the settings of each layer. This is the only place that separates belief from truth. The drivers
 /// receive `start:`, `body:`, `drive:`, `cameras:` and `effects:`, and from the map what a body can touch, what moves
@@ -56,6 +58,16 @@ std::vector<Landmark> to_targets(const Map& map);
 std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map);
 
 localisation::WheelGeometry to_wheels(const Robot& robot);
+
+/// How wrong what the robot believes may be: the effect of the shared errors on all of it, true minus believed.
+struct BeliefErrors {
+  vision::BeliefErrors vision;            ///< of rig and landmarks, in the map's order
+  std::vector<BySharedErrors<2>> places;  ///< of the landmarks' x and y alone, m
+  BySharedErrors<3> wheels;               ///< as for localisation::PoseFilter
+};
+/// Returns the errors that follow from the standard deviations of `rig:`, `drive:` and the map.
+BeliefErrors to_belief_errors(const Robot& robot, const Map& map);
+
 /// Returns the believed start pose. It is the origin of the world if the file has no start.
 localisation::Pose to_start_pose(const Robot& robot);
 

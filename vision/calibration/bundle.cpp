@@ -12,7 +12,7 @@ constexpr std::array<const char*, kViewNumbers> kViewNames{
     "centre_px.column", "centre_px.row",   "rim_radius_px",   "azimuth_rad", "tilt_rad.x",
     "tilt_rad.y",       "axis_offset_m.x", "axis_offset_m.y", "apex_rad",    "mirror_radius_m",
     "lens_to_tip_m",    "distortion.k1",   "distortion.k2"};
-constexpr std::array<const char*, kSharedNumbers - kLensHeight> kOtherNames{
+constexpr std::array<const char*, int(kSharedNumbers) - int(kLensHeight)> kOtherNames{
     "lens_height_m", "mirror_separation_m", "wheel_radius_m",  "wheel_ratio",    "wheel_separation_m",
     "latency_s",     "upper.skew_s",        "lower.readout_s", "upper.readout_s"};
 
@@ -20,8 +20,8 @@ void take_view(SharedModel& model, const MirrorView& view, Side side, const Cali
   const MirrorViewSettings& s = view.settings();
   const CalibrationPriors& priors = problem.priors;
   const auto set = [&model, side](int number, double mean, double sigma) {
-    model.mean[index_of(side, number)] = mean;
-    model.sigma[index_of(side, number)] = sigma;
+    model.mean[rig_number(side, number)] = mean;
+    model.sigma[rig_number(side, number)] = sigma;
   };
   set(kColumn, s.centre_px.x(), priors.centre_px);
   set(kRow, s.centre_px.y(), priors.centre_px);
@@ -68,7 +68,7 @@ SharedModel::SharedModel(const CalibrationProblem& problem) {
   take_view(*this, problem.rig.lower, Side::kLower, problem);
   take_view(*this, problem.rig.upper, Side::kUpper, problem);
   for (const int relative : {kAzimuth, kOffsetX, kOffsetY}) {
-    mean[index_of(Side::kUpper, relative)] -= mean[index_of(Side::kLower, relative)];
+    mean[rig_number(Side::kUpper, relative)] -= mean[rig_number(Side::kLower, relative)];
   }
   mean[kLensHeight] = problem.rig.lower.settings().lens_height_m;
   mean[kSeparation] = problem.rig.mirror_separation_m();

@@ -11,33 +11,16 @@
 #include <Eigen/Core>
 
 #include "vision/calibration.h"
+#include "vision/uncertain_rig.h"
 
 /// The bundle adjustment of a calibration: its rows and numbers, its solver, and the steps from a problem to its
 /// answer.
 namespace twocone::vision::calibration {
 
-/// Index of a number among those of its view.
-enum ViewNumber : int {
-  kColumn,
-  kRow,
-  kRim,
-  kAzimuth,  // of the upper view: minus the lower one's
-  kTiltX,
-  kTiltY,
-  kOffsetX,  // of the upper view: minus the lower one's
-  kOffsetY,
-  kApex,
-  kMirrorRadius,
-  kLensToTip,
-  kK1,
-  kK2,
-  kViewNumbers
-};
-/// The numbers that all frames share: the lower view's, the upper view's, then these.
+/// The numbers that all frames share: those of the rig (RigNumber), then these. The upper view's azimuth and offset are
+/// relative to the lower one's.
 enum SharedNumber : int {
-  kLensHeight = 2 * kViewNumbers,
-  kSeparation,
-  kWheelRadius,
+  kWheelRadius = kRigNumbers,
   kWheelRatio,
   kWheelSeparation,
   kLatency,
@@ -47,8 +30,6 @@ enum SharedNumber : int {
   kSharedNumbers
 };
 using Shared = Eigen::Matrix<double, kSharedNumbers, 1>;
-
-inline int index_of(Side side, int number) { return (side == Side::kLower ? 0 : kViewNumbers) + number; }
 
 /// The constants of a view, which are not estimated.
 struct ViewConstants {

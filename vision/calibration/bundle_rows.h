@@ -29,15 +29,15 @@ struct ViewNumbers {
 
 template <typename T>
 ViewNumbers<T> view_numbers(const T* shared, Side side) {
-  const auto at = [shared, side](int number) -> const T& { return shared[index_of(side, number)]; };
+  const auto at = [shared, side](int number) -> const T& { return shared[rig_number(side, number)]; };
   ViewNumbers<T> n{at(kColumn),    at(kRow),     at(kRim),     at(kAzimuth),       at(kTiltX),
                    at(kTiltY),     at(kOffsetX), at(kOffsetY), at(kApex),          at(kMirrorRadius),
                    at(kLensToTip), at(kK1),      at(kK2),      shared[kLensHeight]};
   if (side == Side::kUpper) {
-    n.azimuth += shared[index_of(Side::kLower, kAzimuth)];
-    n.offset_x += shared[index_of(Side::kLower, kOffsetX)];
-    n.offset_y += shared[index_of(Side::kLower, kOffsetY)];
-    n.lens_height += shared[index_of(Side::kLower, kLensToTip)] + shared[kSeparation] - n.lens_to_tip;
+    n.azimuth += shared[rig_number(Side::kLower, kAzimuth)];
+    n.offset_x += shared[rig_number(Side::kLower, kOffsetX)];
+    n.offset_y += shared[rig_number(Side::kLower, kOffsetY)];
+    n.lens_height += shared[rig_number(Side::kLower, kLensToTip)] + shared[kSeparation] - n.lens_to_tip;
   }
   return n;
 }

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/uncertain_rig.h"
+
+#include <optional>
+#include <utility>
+
+#include "vision/ranging.h"
+
+namespace twocone::vision {
+namespace {
+
+// Steps of the central differences. Their relative error, (step / size)^2, is below 1e-8; rounding of a pixel of some
+// hundreds adds 1e-13 / step of it.
+constexpr double kLengthStep_m = 1e-5;
+constexpr double kAngleStep_rad = 1e-5;
+constexpr double kPixelStep_px = 1e-2;
+constexpr double kLensStep = 1e-4;
+
+double step_of(int number) {
+  if (number >= kLensHeight) return kLengthStep_m;
+  switch (ViewNumber(number % kViewNumbers)) {
+    case kColumn:
+    case kRow:
+    case kRim:
+      return kPixelStep_px;
+    case kAzimuth:
+    case kTiltX:
+    case kTiltY:
+    case kApex:
+      return kAngleStep_rad;
+    case kK1:
+    case kK2:
+      return kLensStep;
+    case kOffsetX:
+    case kOffsetY:
+    case kMirrorRadius:
+    case kLensToTip:
+    case kViewNumbers:
+      break;
+  }
+  return kLengthStep_m;
+}
+
+MirrorView with_errors(const MirrorView& view, Side side, const Eigen::VectorXd& errors, double lens_height_error_m) {
+  const auto error = [&](ViewNumber number) { return errors[rig_number(side, number)]; };
+  MirrorViewSettings s = view.settings();
+  if (error(kK1) != 0 || error(kK2) != 0) {
+    if (!s.distortion || s.distortion->coefficients.empty()) {
+      const double focal_px = view.focal_length_px();
+      s.distortion = {.coefficients = {0, 0, 0, 0}, .focal_px = {focal_px, focal_px}, .principal_px = s.centre_px};
+    }
+    s.distortion->coefficients[0] += error(kK1);
+    s.distortion->coefficients[1] += error(kK2);
+  }
+  s.centre_px += Eigen::Vector2d(error(kColumn), error(kRow));
+  s.rim_radius_px += error(kRim);
+  s.azimuth_rad += error(kAzimuth);
+  s.tilt_rad += Eigen::Vector2d(error(kTiltX), error(kTiltY));
+  s.axis_offset_m += Eigen::Vector2d(error(kOffsetX), error(kOffsetY));
+  s.cone.apex_rad += error(kApex);
+  s.cone.rim_radius_m += error(kMirrorRadius);
+  s.cone.lens_to_tip_m += error(kLensToTip);
+  s.lens_height_m += lens_height_error_m;
+  return MirrorView(s);
+}
+
+}  // namespace
+
+Rig with_errors(const Rig& rig, const Eigen::VectorXd& errors) {
+  // The upper lens follows from the tips' separation and the distances from the lenses to the tips.
+  const double upper_lens_m = errors[kLensHeight] + errors[rig_number(Side::kLower, kLensToTip)] + errors[kSeparation] -
+                              errors[rig_number(Side::kUpper, kLensToTip)];
+  return {with_errors(rig.lower, Side::kLower, errors, errors[kLensHeight]),
+          with_errors(rig.upper, Side::kUpper, errors, upper_lens_m)};
+}
+
+UncertainRig::UncertainRig(Rig rig, BySharedErrors<kRigNumbers> by_shared)
+    : rig_(std::move(rig)), by_shared_(std::move(by_shared)) {
+  if (is_exact()) return;
+  for (int number = 0; number < kRigNumbers; ++number) {
+    if (by_shared_.row(number).isZero(0)) continue;
+    const double step = step_of(number);
+    const Rig less = with_errors(rig_, -step * Eigen::VectorXd::Unit(kRigNumbers, number));
+    const Rig more = with_errors(rig_, step * Eigen::VectorXd::Unit(kRigNumbers, number));
+    const bool is_of_upper = number >= kViewNumbers;
+    const bool is_of_lower = number < kViewNumbers || number == kLensHeight;
+    const bool moves_upper = is_of_upper || number == rig_number(Side::kLower, kLensToTip);
+    if (is_of_lower) stepped_[0].push_back({number, step, {less.lower, more.lower}});
+    if (moves_upper) stepped_[1].push_back({number, step, {less.upper, more.upper}});
+  }
+}
+
+double UncertainRig::edge_variance_px2(Side side) const {
+  const auto variance = [&](ViewNumber number) { return by_shared_.row(rig_number(side, number)).squaredNorm(); };
+  return variance(kRim) + (variance(kColumn) + variance(kRow)) / 2;
+}
+
+BySharedErrors<2> UncertainRig::pixel_by_shared(Side side, const Eigen::Vector2d& p_BL_m, double radius_m,
+                                                double top_m) const {
+  BySharedErrors<2> effect = BySharedErrors<2>::Zero(2, errors());
+  const auto pixel_of = [&](const MirrorView& view) -> std::optional<Eigen::Vector2d> {
+    const auto near_m = near_top_point(view, p_BL_m, radius_m, top_m);
+    if (!near_m) return std::nullopt;
+    const auto shown = view.project_with_jacobian(*near_m, Rim::kGoesOn);
+    return shown ? std::optional(shown->pixel_px) : std::nullopt;
+  };
+  for (const Stepped& s : stepped_[std::size_t(side)]) {
+    const auto less_px = pixel_of(s.views[0]);
+    const auto more_px = pixel_of(s.views[1]);
+    if (!less_px || !more_px) continue;
+    effect += (*more_px - *less_px) / (2 * s.step) * by_shared_.row(s.number);
+  }
+  return effect;
+}
+
+}  // namespace twocone::vision
