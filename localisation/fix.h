@@ -61,6 +61,7 @@ struct Fix {
   BySharedErrors<3> by_shared;
   BySharedErrors<3> other_by_shared;
   /// Factor by which the covariances were multiplied because the measurements scatter more than their sigmas; 1: none.
+  /// What is added counts as own noise.
   double widening = 1;
   /// kWeak: unit vector of (x, y, heading) along which the measurements give no information to first order. The
   /// covariance is of first order across it. Along it, the covariance is the likelihood's mean square near the

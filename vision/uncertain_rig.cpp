@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/uncertain_rig.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
+
+#include <Eigen/LU>
 
 #include "vision/ranging.h"
 
@@ -111,6 +114,31 @@ BySharedErrors<2> UncertainRig::pixel_by_shared(Side side, const Eigen::Vector2d
     effect += (*more_px - *less_px) / (2 * s.step) * by_shared_.row(s.number);
   }
   return effect;
+}
+
+BySharedErrors<2> UncertainRig::place_by_shared(Side side, const Eigen::Vector2d& p_BL_m, const Landmark& landmark,
+                                                const BySharedErrors<kLandmarkNumbers>& by_landmark) const {
+  BySharedErrors<2> effect = BySharedErrors<2>::Zero(2, std::max(errors(), by_landmark.cols()));
+  const MirrorView& view = of_view(rig_, side);
+  const auto near_m = near_top_point(view, p_BL_m, landmark.radius_m, landmark.top_m);
+  const auto shown = near_m ? view.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+  const double range_m = p_BL_m.norm();
+  if (!shown || !(range_m > 0)) return effect;
+  const Eigen::Vector2d from_axis = p_BL_m - view.settings().axis_offset_m;
+  const Eigen::Vector2d e = from_axis.normalized();
+  if (!is_exact()) effect += pixel_by_shared(side, p_BL_m, landmark.radius_m, landmark.top_m);
+  if (by_landmark.cols() > 0) {
+    effect += shown->jacobian.col(2) * by_landmark.row(kTop);
+    effect -= shown->jacobian.leftCols<2>() * e * by_landmark.row(kRadius);
+  }
+  // The near point rotates about the view's axis as the landmark moves sideways: I - (r / D) (I - e e^T).
+  const double share = landmark.radius_m / from_axis.norm();
+  const Eigen::Matrix2d near_by_axis = (1 - share) * Eigen::Matrix2d::Identity() + share * e * e.transpose();
+  const Eigen::Vector2d outwards = p_BL_m / range_m;
+  Eigen::Matrix2d by_place;  // of the axis, by range and bearing
+  by_place << outwards.x(), -p_BL_m.y(), outwards.y(), p_BL_m.x();
+  const Eigen::Matrix2d pixel_by_place = shown->jacobian.leftCols<2>() * near_by_axis * by_place;
+  return pixel_by_place.inverse() * effect;
 }
 
 }  // namespace twocone::vision

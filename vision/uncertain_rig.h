@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "base/plane.h"
 #include "base/shared_errors.h"
 #include "vision/mirror_view.h"
 
@@ -68,6 +69,11 @@ class UncertainRig {
   /// @param p_BL_m position of the landmark's axis, body frame
   [[nodiscard]] BySharedErrors<2> pixel_by_shared(Side side, const Eigen::Vector2d& p_BL_m, double radius_m,
                                                   double top_m) const;
+  /// Returns the effect of the shared errors on (range m, bearing rad) of a landmark by one view alone: measured minus
+  /// true, to first order. Zeros where the view cannot show the near point.
+  /// @param by_landmark true minus believed numbers; no columns: known exactly
+  [[nodiscard]] BySharedErrors<2> place_by_shared(Side side, const Eigen::Vector2d& p_BL_m, const Landmark& landmark,
+                                                  const BySharedErrors<kLandmarkNumbers>& by_landmark) const;
 
  private:
   /// The view with one number changed by a small step either way.

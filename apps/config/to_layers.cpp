@@ -329,6 +329,21 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
   return errors;
 }
 
+std::string ruler_note(const Robot& robot, const Map& map) {
+  std::vector<std::string> lacking;
+  if (!robot.rig.sigma) lacking.push_back(fmt::format("rig: of {}", robot.file.string()));
+  if (!robot.drive.sigma) lacking.push_back(fmt::format("drive: of {}", robot.file.string()));
+  if (const std::size_t count = map.without_sigma.size(); count > 0) {
+    lacking.push_back(count == map.landmarks.size()
+                          ? fmt::format("the landmarks of {}", map.file.string())
+                          : fmt::format("{} landmarks of {} ({})", count, map.file.string(),
+                                        fmt::join(map.without_sigma, ", ")));
+  }
+  if (lacking.empty()) return "";
+  return fmt::format("no sigma is stated for {}: the answers count with what a ruler gives (key sigma, sigma_m)",
+                     fmt::join(lacking, ", "));
+}
+
 localisation::Pose to_start_pose(const Robot& robot) {
   const Pose2 start = robot.start.value_or(Pose2{});
   return {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = localisation::wrap_angle_rad(start.heading_rad)};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -67,6 +68,10 @@ struct BeliefErrors {
 };
 /// Returns the errors that follow from the standard deviations of `rig:`, `drive:` and the map.
 BeliefErrors to_belief_errors(const Robot& robot, const Map& map);
+
+/// Returns a sentence that names what the files state no standard deviations of, so that those of a ruler count; empty
+/// if there is nothing of that kind.
+std::string ruler_note(const Robot& robot, const Map& map);
 
 /// Returns the believed start pose. It is the origin of the world if the file has no start.
 localisation::Pose to_start_pose(const Robot& robot);

@@ -72,8 +72,8 @@ SharedModel::SharedModel(const CalibrationProblem& problem) {
   }
   mean[kLensHeight] = problem.rig.lower.settings().lens_height_m;
   mean[kSeparation] = problem.rig.mirror_separation_m();
-  sigma[kLensHeight] = sigma[kSeparation] = problem.priors.length_m;
-  landmark_sigma_m = problem.landmark_sigma_m;
+  sigma[kLensHeight] = problem.priors.lens_height_m;
+  sigma[kSeparation] = problem.priors.mirror_separation_m;
   if (problem.fit_timing) take_timing(*this, problem);
   if (!problem.wheels) return;
   has_wheels = true;
