@@ -41,6 +41,16 @@ struct Bounds {
   friend bool operator==(const Bounds&, const Bounds&) = default;
 };
 
+/// Standard deviations of what is believed of a landmark, independent of each other, >= 0; 0: known exactly.
+struct LandmarkSigma {
+  double x_m = 0;
+  double y_m = 0;
+  double top_m = 0;
+  double radius_m = 0;
+
+  friend bool operator==(const LandmarkSigma&, const LandmarkSigma&) = default;
+};
+
 /// An upright cylinder at a known place. World frame, metres.
 struct Landmark {
   std::string name{};
@@ -52,6 +62,7 @@ struct Landmark {
   /// Greatest distance of a robot from its axis, > radius_m, which limits how small the landmark can appear. Empty: it
   /// may be as small as the smallest object that method `outline` detects.
   std::optional<double> greatest_range_m{};
+  LandmarkSigma sigma{};
 
   friend bool operator==(const Landmark&, const Landmark&) = default;
 };

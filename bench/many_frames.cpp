@@ -102,6 +102,7 @@ class Rows {
     }
     runlog::write_whole(file, text);
     out_.open(file, std::ios::app);
+    if (!out_) throw std::runtime_error(fmt::format("{}: cannot be written", file.string()));
   }
 
   [[nodiscard]] bool has(int block) const {

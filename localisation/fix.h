@@ -28,13 +28,24 @@ inline std::string_view to_string(FixVerdict verdict) {
   return kNames.at(std::size_t(verdict));
 }
 
+/// The derivative of N numbers by the *shared errors*: the errors of what the robot believes (rig, map, wheels), which
+/// are the same in every frame. They are independent and have variance 1, so a column is the effect of one sigma of one
+/// error. No columns: what is believed is exact. All matrices that are used together have the same columns.
+template <int N>
+using BySharedErrors = Eigen::Matrix<double, N, Eigen::Dynamic>;
+
 /// The measurement of one landmark whose axis is at a known place in the world.
 struct LandmarkMeasurement {
   Eigen::Vector2d landmark_m = Eigen::Vector2d::Zero();
   std::optional<double> range_m;      ///< horizontal, from the body's origin to the landmark's axis, >= 0
   std::optional<double> bearing_rad;  ///< in the body frame
-  /// Of (range m, bearing rad), symmetric and positive definite; row and column of an empty field are not read.
+  /// Of (range m, bearing rad), symmetric and positive definite; row and column of an empty field are not read. It is
+  /// that of the measurement's own noise, which is independent of all other measurements.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
+  /// Of measured minus true (range m, bearing rad), by errors of the rig and of the landmark's size.
+  BySharedErrors<2> by_shared{};
+  /// Of true minus believed place of the landmark (x m, y m), by errors of the map.
+  BySharedErrors<2> place_by_shared{};
 };
 
 /// One position of the robot from one stereo frame, world frame.
@@ -46,6 +57,13 @@ struct Fix {
   std::optional<Eigen::Matrix3d> covariance;        ///< of x (m), y (m), heading (rad), where the method states one
   std::optional<double> other_heading_rad;
   std::optional<Eigen::Matrix3d> other_covariance;
+  /// The part of `covariance` that the measurements' own noise causes. It averages away over frames; the rest, which is
+  /// by_shared by_shared^T, does not. Empty for kWeak, and where the method states no covariance.
+  std::optional<Eigen::Matrix3d> own_covariance;
+  std::optional<Eigen::Matrix3d> other_own_covariance;
+  /// Of estimated minus true (x m, y m, heading rad); empty for kWeak.
+  BySharedErrors<3> by_shared;
+  BySharedErrors<3> other_by_shared;
   /// Factor by which the covariances were multiplied because the measurements scatter more than their sigmas; 1: none.
   double widening = 1;
   /// kWeak: unit vector of (x, y, heading) along which the measurements give no information to first order. The

@@ -23,6 +23,7 @@ using least_squares::Frame;
 using least_squares::Landmark;
 using least_squares::Place;
 using least_squares::Problem;
+using least_squares::SharedErrors;
 
 /// Fewer degrees of freedom give too little information on the scatter.
 constexpr int kLeastWidening = 3;
@@ -36,6 +37,17 @@ Eigen::Vector2d to_world(const Frame& frame, const Place& place) {
 Eigen::Matrix3d to_world_covariance(const Frame& frame, const Place& place) {
   const Eigen::Vector3d unit(frame.unit_m, frame.unit_m, 1);
   return unit.asDiagonal() * place.covariance * unit.asDiagonal();
+}
+
+/// Splits the covariance of a place into its sources.
+void split(const Problem& problem, const Frame& frame, const Place& place, std::optional<Eigen::Matrix3d>& own,
+           BySharedErrors<3>& by_shared) {
+  const Eigen::Matrix3d& c = place.covariance;
+  const least_squares::Estimate estimate =
+      least_squares::estimate_at(problem, place.state, std::sqrt(c(0, 0) + c(1, 1)));
+  const Eigen::Vector3d unit(frame.unit_m, frame.unit_m, 1);
+  own = unit.asDiagonal() * estimate.own_covariance * unit.asDiagonal();
+  by_shared = unit.asDiagonal() * estimate.by_shared;
 }
 
 void fill(Fix& fix, const Problem& problem, const Answer& answer, const Frame& frame) {
@@ -58,6 +70,13 @@ void fill(Fix& fix, const Problem& problem, const Answer& answer, const Frame& f
     fix.other_covariance = to_world_covariance(frame, *answer.other);
     if (problem.has_heading) fix.other_heading_rad = answer.other->state.heading_rad;
   }
+  if (!answer.unseen && problem.shared != nullptr) {
+    split(problem, frame, answer.place, fix.own_covariance, fix.by_shared);
+    if (answer.other) split(problem, frame, *answer.other, fix.other_own_covariance, fix.other_by_shared);
+  } else if (!answer.unseen) {
+    fix.own_covariance = fix.covariance;
+    fix.other_own_covariance = fix.other_covariance;
+  }
   if (answer.unseen) {
     Eigen::Vector3d direction = *answer.unseen;
     // Metres and radians are mixed; use the factor that does not overflow.
@@ -76,8 +95,11 @@ void widen(Fix& fix) {
   if (fix.degrees_of_freedom < kLeastWidening || !fix.covariance) return;
   if (chi_squared_tail(fix.chi_squared, fix.degrees_of_freedom) > kUsual) return;
   fix.widening = fix.chi_squared / fix.degrees_of_freedom;
-  *fix.covariance *= fix.widening;
-  if (fix.other_covariance) *fix.other_covariance *= fix.widening;
+  for (auto* covariance : {&fix.covariance, &fix.other_covariance, &fix.own_covariance, &fix.other_own_covariance}) {
+    if (*covariance) **covariance *= fix.widening;
+  }
+  fix.by_shared *= std::sqrt(fix.widening);
+  fix.other_by_shared *= std::sqrt(fix.widening);
 }
 
 /// Returns whether the fit of all measurements can be used with a widened covariance, because each is only a little
@@ -127,7 +149,15 @@ Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
   boost::container::small_vector<Landmark, least_squares::kStackLandmarks> room(measurements.size());
   const int count = least_squares::prepare(measurements, frame, room.data());
   fix.unusable = int(measurements.size()) - count;
-  const Problem problem = least_squares::make_problem({room.data(), std::size_t(count)}, frame.rounding);
+  const std::span<const Landmark> landmarks{room.data(), std::size_t(count)};
+  SharedErrors shared{measurements, frame};
+  Problem problem = least_squares::make_problem(landmarks, frame.rounding);
+  if (shared.any()) {
+    // The effect of a landmark's place depends on the direction in which it is seen, so a first answer finds the state.
+    const Answer first = least_squares::solve(problem);
+    if (first.verdict == FixVerdict::kOk) shared.seen_from = first.place.state;
+    problem = least_squares::make_problem(landmarks, frame.rounding, &shared);
+  }
   const Answer answer = least_squares::solve(problem);
   if (answer.is_consistent || answer.verdict == FixVerdict::kTooFew) {
     fill(fix, problem, answer, frame);
@@ -144,7 +174,7 @@ Fix fix_of(std::span<const LandmarkMeasurement> measurements) {
         }
       }
       std::sort(fix.outliers.begin(), fix.outliers.end());
-      fill(fix, least_squares::make_problem(kept, frame.rounding), cleaned->answer, frame);
+      fill(fix, least_squares::make_problem(kept, frame.rounding, problem.shared), cleaned->answer, frame);
     } else if (is_mild(answer)) {
       fill(fix, problem, answer, frame);
     } else {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
@@ -35,15 +36,20 @@ constexpr int kCheckedBy = 2;
 /// Returns the fix as a measurement; nothing where it has no valid covariance.
 std::optional<PoseHypothesis::Measurement> measurement_of(const std::optional<Eigen::Vector2d>& position_m,
                                                           const std::optional<double>& heading_rad,
-                                                          const std::optional<Eigen::Matrix3d>& covariance) {
+                                                          const std::optional<Eigen::Matrix3d>& covariance,
+                                                          const std::optional<Eigen::Matrix3d>& own_covariance,
+                                                          const BySharedErrors<3>& by_shared) {
   if (!position_m || !covariance || !position_m->allFinite() || (heading_rad && !std::isfinite(*heading_rad))) {
     return std::nullopt;
   }
   const bool is_good =
       heading_rad ? is_covariance<3>(*covariance) : is_covariance<2>(covariance->topLeftCorner<2, 2>());
   if (!is_good) return std::nullopt;
-  return PoseHypothesis::Measurement{
-      {position_m->x(), position_m->y(), heading_rad.value_or(0)}, *covariance, heading_rad.has_value()};
+  return PoseHypothesis::Measurement{{position_m->x(), position_m->y(), heading_rad.value_or(0)},
+                                     *covariance,
+                                     heading_rad.has_value(),
+                                     own_covariance.value_or(*covariance),
+                                     by_shared};
 }
 
 }  // namespace
@@ -57,7 +63,8 @@ std::string_view to_string(FixUse use) {
   return kNames.at(std::size_t(use));
 }
 
-PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise) {
+PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise,
+                               const BySharedErrors<3>& by_shared) {
   state_.head<3>() << start.pose.x_m, start.pose.y_m, start.pose.heading_rad;
   if (!state_.allFinite() || !is_covariance<3>(start.covariance)) {
     throw base::InvalidArgument(
@@ -72,10 +79,12 @@ PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& n
   covariance_(kLeftSlip, kLeftSlip) = covariance_(kRightSlip, kRightSlip) = noise.slip * noise.slip;
   covariance_(kLeftReading, kLeftReading) = covariance_(kRightReading, kRightReading) =
       noise.angle_rad * noise.angle_rad;
+  count_shared_errors(by_shared.cols());
+  if (by_shared.cols() > 0) by_shared_.topRows<3>() = by_shared;
 }
 
 void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, const WheelGeometry& wheels,
-                             const OdometryNoise& noise) {
+                             const OdometryNoise& noise, const BySharedErrors<3>& wheels_by_shared) {
   const double r = wheels.radius_m;
   // A reading is the angle plus its error. The travel is that of the readings' difference, minus the new error
   // (expected value 0) and plus the old one.
@@ -130,6 +139,19 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
   p(kRightSlip, kRightSlip) += renewed;
   // Information from fixes on the bend belongs to an earlier heading error, so it is discarded.
   p(kBendState, kBendState) = 1;
+  Cross by_shared = f * by_shared_;
+  if (wheels_by_shared.cols() > 0) {
+    count_shared_errors(wheels_by_shared.cols());
+    if (by_shared.cols() == 0) by_shared = by_shared_;
+    // The true wheels travel farther than the believed ones by their errors, so the estimate falls behind.
+    Eigen::Matrix3d by_wheels;
+    by_wheels << by_left_m * left_m, by_right_m * right_m, by_turn * (-2 * half_turn / wheels.separation_m);
+    Cross added = Cross::Zero(8, by_shared.cols());
+    added.topRows<3>() = -by_wheels * wheels_by_shared;
+    const Matrix common = by_shared * added.transpose();
+    p += common + common.transpose() + added * added.transpose();
+    by_shared += added;
+  }
   Vector next;
   next << after.x_m, after.y_m, after.heading_rad, kept * state_[kLeftSlip], kept * state_[kRightSlip], 0, 0,
       state_[kBendState];
@@ -141,45 +163,67 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
         left_rad, right_rad, dt_s);
   }
   covariance_ = p / 2 + p.transpose() / 2;  // halved first: a sum may overflow
+  by_shared_ = by_shared;
   state_ = next;
 }
 
-PoseHypothesis::Difference PoseHypothesis::difference(const Measurement& m) const {
-  Difference d{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+void PoseHypothesis::count_shared_errors(Eigen::Index count) {
+  if (count == 0 || count == by_shared_.cols()) return;
+  if (by_shared_.cols() > 0) {
+    throw base::InvalidArgument("PoseHypothesis: {} shared errors, must be the {} of before", count, by_shared_.cols());
+  }
+  by_shared_ = Cross::Zero(8, count);
+}
+
+PoseHypothesis::Linear PoseHypothesis::linear(const Measurement& m) const {
+  Linear l;
+  const int n = m.rows();
+  l.slopes.topLeftCorner(n, n).setIdentity();
   Eigen::Vector3d apart = m.pose - state_.head<3>();
   apart.z() = wrap_angle_rad(apart.z());
-  const int n = m.rows();
-  d.value.head(n) = apart.head(n);
-  d.covariance.topLeftCorner(n, n) = (covariance_.topLeftCorner<3, 3>() + m.covariance).topLeftCorner(n, n);
-  return d;
+  l.difference.head(n) = apart.head(n);
+  l.by_shared = BySharedErrors<3>::Zero(3, by_shared_.cols());
+  const bool is_split = m.by_shared.cols() == by_shared_.cols();
+  if (is_split) l.by_shared.topRows(n) = m.by_shared.topRows(n);
+  l.own_covariance.topLeftCorner(n, n) = (is_split ? m.own_covariance : m.covariance).topLeftCorner(n, n);
+  return l;
+}
+
+Eigen::Matrix3d PoseHypothesis::spread(const Linear& l) const {
+  const Eigen::Matrix3d common = l.slopes * by_shared_ * l.by_shared.transpose();
+  return l.slopes * covariance_ * l.slopes.transpose() + l.own_covariance + l.by_shared * l.by_shared.transpose() -
+         common - common.transpose();
 }
 
 bool PoseHypothesis::expects(const Measurement& m) const {
-  const Difference d = difference(m);
-  const Eigen::LLT<Eigen::Matrix3d> llt(d.covariance);
+  const Linear l = linear(m);
+  const Eigen::LLT<Eigen::Matrix3d> llt(spread(l));
   if (llt.info() != Eigen::Success) return false;
-  return chi_squared_tail(d.value.dot(llt.solve(d.value)), m.rows()) >= PoseFilter::kGate;
+  return chi_squared_tail(l.difference.dot(llt.solve(l.difference)), m.rows()) >= PoseFilter::kGate;
 }
 
 bool PoseHypothesis::correct(const Measurement& m) {
-  const Difference d = difference(m);
-  Eigen::Matrix<double, 3, 8> h = Eigen::Matrix<double, 3, 8>::Zero();
-  h.topLeftCorner(m.rows(), m.rows()).setIdentity();
-  Eigen::Matrix3d r = Eigen::Matrix3d::Identity();
-  r.topLeftCorner(m.rows(), m.rows()) = m.covariance.topLeftCorner(m.rows(), m.rows());
-  const Eigen::Matrix<double, 8, 3> gain = d.covariance.llt().solve(h * covariance_).transpose();
-  const Matrix left = Matrix::Identity() - gain * h;
-  const Matrix p = left * covariance_ * left.transpose() + gain * r * gain.transpose();
-  return become(state_ + gain * d.value, p);
+  count_shared_errors(m.by_shared.cols());
+  return update(linear(m));
 }
 
-bool PoseHypothesis::become(const Vector& state, const Matrix& covariance) {
-  const Matrix symmetric = covariance / 2 + covariance.transpose() / 2;
+bool PoseHypothesis::update(const Linear& l) {
+  const Eigen::Matrix<double, 3, 8> correlation = l.slopes * covariance_ - l.by_shared * by_shared_.transpose();
+  const Eigen::Matrix<double, 8, 3> gain = spread(l).llt().solve(correlation).transpose();
+  const Matrix left = Matrix::Identity() - gain * l.slopes;
+  const Cross by_own = left * by_shared_;
+  const Cross by_measured = gain * l.by_shared;
+  const Matrix common = by_own * by_measured.transpose();
+  const Matrix p = left * covariance_ * left.transpose() + gain * l.own_covariance * gain.transpose() +
+                   by_measured * by_measured.transpose() + common + common.transpose();
+  const Vector state = state_ + gain * l.difference;
+  const Matrix symmetric = p / 2 + p.transpose() / 2;
   if (!state.allFinite() || !symmetric.allFinite() || !(symmetric.diagonal().minCoeff() >= 0) ||
       !is_covariance<3>(symmetric.topLeftCorner<3, 3>())) {
     return false;
   }
   covariance_ = symmetric;
+  by_shared_ = by_own + by_measured;
   state_ = state;
   state_[kHeading] = wrap_angle_rad(state_[kHeading]);
   return true;
@@ -194,20 +238,23 @@ FixUse PoseHypothesis::correct(const Fix& weak) {
   const double against_prior = posterior.chi_squared - weak.chi_squared / weak.widening;
   if (chi_squared_tail(against_prior, 3) < PoseFilter::kGate) return FixUse::kUnexpected;
   if (posterior.kind == Posterior::Kind::kNotGaussian) return FixUse::kNotGaussian;
-  // The other states follow by their correlation with the pose. The form is Joseph's, so the covariance stays positive.
-  const Eigen::Matrix<double, 8, 3> gain = prior.llt().solve(covariance_.topRows<3>()).transpose();
-  Matrix left = Matrix::Identity();
-  left.leftCols<3>() -= gain;
-  const Matrix p = left * covariance_ * left.transpose() + gain * posterior.covariance * gain.transpose();
-  const Vector state = state_ + gain * (posterior.mean - state_.head<3>());
-  return become(state, p) ? FixUse::kTaken : FixUse::kNoSigma;
+  const least_squares::LinearMeasurement& m = posterior.measurement;
+  count_shared_errors(m.by_shared.cols());
+  Linear l;
+  l.slopes.leftCols<3>() = m.slopes;
+  l.difference = m.error;
+  l.own_covariance = m.own_covariance;
+  l.by_shared = BySharedErrors<3>::Zero(3, by_shared_.cols());
+  if (m.by_shared.cols() > 0) l.by_shared = m.by_shared;
+  return update(l) ? FixUse::kTaken : FixUse::kNoSigma;
 }
 
 PoseEstimate PoseHypothesis::estimate() const {
   return {{state_[kX], state_[kY], state_[kHeading]}, covariance_.topLeftCorner<3, 3>()};
 }
 
-PoseFilter::PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise) : wheels_(wheels), noise_(noise) {
+PoseFilter::PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise, BySharedErrors<3> wheels_by_shared)
+    : wheels_(wheels), noise_(noise), wheels_by_shared_(std::move(wheels_by_shared)) {
   base::Complaints bad;
   bad.require_field(base::is_positive(wheels.radius_m), "radius_m", wheels.radius_m, "> 0 m");
   bad.require_field(base::is_positive(wheels.separation_m), "separation_m", wheels.separation_m, "> 0 m");
@@ -233,10 +280,10 @@ void PoseFilter::predict(double t_s, double left_rad, double right_rad) {
           "PoseFilter::predict: from {} s, {} rad, {} rad to {} s, {} rad, {} rad exceeds the range of numbers",
           last_->t_s, last_->left_rad, last_->right_rad, t_s, left_rad, right_rad);
     }
-    if (believed_) believed_->predict(dt_s, left, right, wheels_, noise_);
+    if (believed_) believed_->predict(dt_s, left, right, wheels_, noise_, wheels_by_shared_);
     try {
       if (elsewhere_) {
-        elsewhere_->hypothesis.predict(dt_s, left, right, wheels_, noise_);
+        elsewhere_->hypothesis.predict(dt_s, left, right, wheels_, noise_, wheels_by_shared_);
         elsewhere_->turn(left, right, wheels_, noise_);
       }
     } catch (const std::invalid_argument&) {
@@ -249,13 +296,15 @@ void PoseFilter::predict(double t_s, double left_rad, double right_rad) {
 FixUse PoseFilter::correct(const Fix& fix) {
   switch (fix.verdict) {
     case FixVerdict::kOk: {
-      const auto m = measurement_of(fix.position_m, fix.heading_rad, fix.covariance);
+      const auto m = measurement_of(fix.position_m, fix.heading_rad, fix.covariance, fix.own_covariance, fix.by_shared);
       if (!m) return FixUse::kNoSigma;
       return m->has_heading ? correct_by_pose(*m, fix.degrees_of_freedom >= kCheckedBy) : correct_by_position(*m);
     }
     case FixVerdict::kAmbiguous: {
-      const auto one = measurement_of(fix.position_m, fix.heading_rad, fix.covariance);
-      const auto other = measurement_of(fix.other_position_m, fix.other_heading_rad, fix.other_covariance);
+      const auto one =
+          measurement_of(fix.position_m, fix.heading_rad, fix.covariance, fix.own_covariance, fix.by_shared);
+      const auto other = measurement_of(fix.other_position_m, fix.other_heading_rad, fix.other_covariance,
+                                        fix.other_own_covariance, fix.other_by_shared);
       return one && other ? correct_by_one_of(*one, *other) : FixUse::kNoSigma;
     }
     case FixVerdict::kWeak:
@@ -308,7 +357,7 @@ FixUse PoseFilter::correct_by_position(const Measurement& m) {
 FixUse PoseFilter::correct_by_pose(const Measurement& m, bool is_checked) {
   const PoseEstimate measured{{m.pose.x(), m.pose.y(), wrap_angle_rad(m.pose.z())}, m.covariance};
   if (!believed_) {
-    believed_.emplace(measured, noise_);
+    believed_.emplace(measured, noise_, m.by_shared);
     state_ = FilterState::kTracking;
     return FixUse::kStarted;
   }
@@ -323,7 +372,7 @@ FixUse PoseFilter::correct_by_pose(const Measurement& m, bool is_checked) {
     ++elsewhere_->fixes;
     elsewhere_->has_turned = elsewhere_->has_turned || elsewhere_->shows_turn(m);
   } else {
-    elsewhere_.emplace(Elsewhere{.hypothesis = PoseHypothesis(measured, noise_), .first = m});
+    elsewhere_.emplace(Elsewhere{.hypothesis = PoseHypothesis(measured, noise_, m.by_shared), .first = m});
   }
   elsewhere_->checked += is_checked ? 1 : 0;
   const bool is_found =

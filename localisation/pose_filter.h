@@ -61,6 +61,11 @@ std::string_view to_string(FixUse use);
 /// The bend is the second-order effect of an unknown heading. With an error t of the heading, a path of length d ends t
 /// d beside the arc and t^2 d / 2 short of it. This is a chi-squared number that stays the same from step to step, so
 /// its share of the path adds up. The bend is a state of variance 1 that shortens each path by kBend sigma_heading^2 d.
+///
+/// It is a Schmidt-Kalman ("consider") filter of the shared errors (Schmidt 1966; Bierman 1977, ch. 8): they are not
+/// estimated, but the correlation of the state with them is kept. So they do not average away over frames, and a fix is
+/// compared with the estimate without the part of the error that both have. Without shared errors it is the extended
+/// Kalman filter.
 class PoseHypothesis {
  public:
   using Vector = Eigen::Matrix<double, 8, 1>;
@@ -72,26 +77,31 @@ class PoseHypothesis {
   static constexpr double kBend = 1.7320508075688772;
 
   /// Starts from `start`; slips and reading errors have the sigmas of `noise`.
+  /// @param by_shared of the start's estimated minus true pose; its part of `start.covariance`
   /// @throws std::invalid_argument for a pose that is not finite and a matrix that is no covariance (is_covariance)
-  PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise);
+  PoseHypothesis(const PoseEstimate& start, const OdometryNoise& noise, const BySharedErrors<3>& by_shared = {});
 
   /// Predicts the pose after the wheels turned by these angles since the last call, in `dt_s` >= 0. The pose moves
   /// along the exact arc (drive_arc).
+  /// @param wheels_by_shared as for PoseFilter
   /// @throws std::invalid_argument where pose or covariance exceed the range of doubles; nothing is changed then
-  void predict(double dt_s, double left_rad, double right_rad, const WheelGeometry& wheels, const OdometryNoise& noise);
+  void predict(double dt_s, double left_rad, double right_rad, const WheelGeometry& wheels, const OdometryNoise& noise,
+               const BySharedErrors<3>& wheels_by_shared = {});
 
   /// A measured pose, or a measured position.
   struct Measurement {
     Eigen::Vector3d pose = Eigen::Vector3d::Zero();        ///< x, y, heading
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< a covariance, of the position at least
     bool has_heading = false;
+    Eigen::Matrix3d own_covariance = covariance;  ///< the part that does not come from shared errors
+    BySharedErrors<3> by_shared{};                ///< of measured minus true pose
 
     [[nodiscard]] int rows() const { return has_heading ? 3 : 2; }
   };
   /// Returns whether the difference from the measurement is inside the 1 - kGate ellipse.
   [[nodiscard]] bool expects(const Measurement& m) const;
-  /// Updates by a measurement in Joseph's form, (I - K H) P (I - K H)^T + K R K^T, which stays symmetric and positive
-  /// in spite of K's rounding.
+  /// Updates by a measurement in Joseph's form, (I - K H) P (I - K H)^T + K R K^T without shared errors, which stays
+  /// symmetric and positive in spite of K's rounding.
   /// @returns false, with nothing changed, where numbers differ so much in size that rounding leaves no valid
   /// covariance
   [[nodiscard]] bool correct(const Measurement& m);
@@ -103,15 +113,25 @@ class PoseHypothesis {
   [[nodiscard]] const Matrix& covariance() const { return covariance_; }
 
  private:
-  struct Difference {
-    Eigen::Vector3d value;       ///< measured minus expected; 0 beyond the rows
-    Eigen::Matrix3d covariance;  ///< the identity beyond the rows
+  using Rows = Eigen::Matrix<double, 3, 8>;
+  using Cross = Eigen::Matrix<double, 8, Eigen::Dynamic>;
+  /// Three numbers that depend on the state: measured minus expected = slopes (true - estimated state) + own noise +
+  /// by_shared times the shared errors. Unused rows have zero slopes, zero difference and unit noise.
+  struct Linear {
+    Rows slopes = Rows::Zero();
+    Eigen::Vector3d difference = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d own_covariance = Eigen::Matrix3d::Identity();
+    BySharedErrors<3> by_shared;
   };
-  [[nodiscard]] Difference difference(const Measurement& m) const;
-  [[nodiscard]] bool become(const Vector& state, const Matrix& covariance);
+  [[nodiscard]] Linear linear(const Measurement& m) const;
+  /// Returns the covariance of Linear::difference.
+  [[nodiscard]] Eigen::Matrix3d spread(const Linear& l) const;
+  [[nodiscard]] bool update(const Linear& l);
+  void count_shared_errors(Eigen::Index count);
 
   Vector state_ = Vector::Zero();
   Matrix covariance_ = Matrix::Identity();
+  Cross by_shared_{};  ///< of estimated minus true state
 };
 
 /// Fuses odometry with the fixes of single frames, for method `outline`, estimate.tum and track.csv. The fixes
@@ -130,8 +150,8 @@ class PoseHypothesis {
 /// ellipse can represent the result (least_squares/posterior.h). Of these three, only kOk with a heading can start the
 /// filter or contradict it. A fix without covariance, and the other verdicts, are not used.
 ///
-/// The fixes' errors are taken as independent. The covariance does not include errors that fixes share from frame to
-/// frame: those of the map, of a slightly wrong rig, of a robot that stands still and sees the same pixels.
+/// The errors that fixes share from frame to frame, those of rig and map, do not average away (PoseHypothesis). Those
+/// of a robot that stands still and sees the same pixels are taken as independent.
 class PoseFilter {
  public:
   static constexpr int kRelocateAfter = 3;
@@ -139,7 +159,9 @@ class PoseFilter {
   static constexpr double kGate = 1e-6;
 
   /// Makes a filter that is lost until the first fix. @throws std::invalid_argument naming every bad field
-  PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise);
+  /// @param wheels_by_shared of the relative errors of the left and of the right wheel's radius (true over believed,
+  /// minus 1), and of the error of the wheels' separation (true minus believed, m)
+  PoseFilter(const WheelGeometry& wheels, const OdometryNoise& noise, BySharedErrors<3> wheels_by_shared = {});
 
   /// Predicts the pose from the wheels' total angles at a time. The first call sets the zero.
   /// @throws std::invalid_argument for angles or times that are not finite, a time before the last one, and a distance
@@ -162,6 +184,7 @@ class PoseFilter {
 
   WheelGeometry wheels_;
   OdometryNoise noise_;
+  BySharedErrors<3> wheels_by_shared_;
   FilterState state_ = FilterState::kLost;
   std::optional<PoseHypothesis> believed_;
   /// A hypothesis that an unexpected fix started.

@@ -2,6 +2,7 @@
 #include "apps/config/map_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 #include <fmt/format.h>
@@ -33,6 +34,15 @@ std::optional<Bounds> read_bounds(Section& map) {
   return good ? std::optional(bounds) : std::nullopt;
 }
 
+/// Reads a number, which is that of all four, or [x, y, top, radius].
+std::optional<LandmarkSigma> read_sigma(Section& section, std::string_view key) {
+  if (!section.has(key)) return std::nullopt;
+  std::array<double, 4> s{};
+  const Quantity quantity{"standard deviations of [x, y, top, radius], or one number for all", kMetres, kZeroOrMore};
+  if (!section.number_or_list(key, quantity, s)) return std::nullopt;
+  return LandmarkSigma{s[0], s[1], s[2], s[3]};
+}
+
 Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
   Landmark landmark;
   section.text("name", "the landmark's name", landmark.name);
@@ -56,12 +66,17 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
   return landmark;
 }
 
-void read_landmarks(Section& map, const std::optional<Bounds>& bounds, std::vector<Landmark>& landmarks) {
+void read_landmarks(Section& map, const std::optional<Bounds>& bounds, Map& read) {
+  std::vector<Landmark>& landmarks = read.landmarks;
+  const std::optional<LandmarkSigma> common = read_sigma(map, "landmark_sigma_m");
   for (Section* section : map.sections("landmarks", "the known upright cylinders, a list")) {
     Landmark landmark = read_landmark(*section, bounds);
     if (!landmark.name.empty() && std::ranges::find(landmarks, landmark.name, &Landmark::name) != landmarks.end()) {
       section->complain("name", kNoUnit, "unlike every other landmark's");
     }
+    const std::optional<LandmarkSigma> own = read_sigma(*section, "sigma_m");
+    if (!own && !common) read.without_sigma.push_back(landmark.name);
+    landmark.sigma = own.value_or(common.value_or(kTapeSigma));
     landmarks.push_back(std::move(landmark));
   }
 }
@@ -235,7 +250,7 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
               root.has("scene") ? Need::kRequired : Need::kOptional);
   const std::optional<Bounds> bounds = read_bounds(root);
   map.bounds = bounds.value_or(Bounds{});
-  read_landmarks(root, bounds, map.landmarks);
+  read_landmarks(root, bounds, map);
   read_obstacles(root, map.obstacles);
   read_moving(root, bounds, map.moving);
   read_effects(root, map.effects, map.renderer);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -33,6 +34,10 @@ using Moving = sim_povray::MovingThing;
 /// Effects of the scene that the map may switch off (`effects:`), although the scene uses them.
 using SceneEffects = sim_povray::SceneSwitches;
 
+/// What a tape measure gives for a landmark, used where the map states no `sigma_m`: its place across a room to 5 mm,
+/// the height of its top to 3 mm, its radius (from the circumference) to 1 mm.
+constexpr LandmarkSigma kTapeSigma{.x_m = 0.005, .y_m = 0.005, .top_m = 0.003, .radius_m = 0.001};
+
 /// The knowledge of a place that a robot may have (scenes/lab.map.yaml). A map contains no ground truth.
 struct Map {
   std::filesystem::path file;                  ///< the path as the caller gave it
@@ -43,6 +48,8 @@ struct Map {
   double unit_m = 0.05;  ///< length of one POV-Ray unit, > 0; required if there is a scene
   Bounds bounds;         ///< the walls
   std::vector<Landmark> landmarks;
+  /// Names of the landmarks for which the map states no `sigma_m`, and which therefore have kTapeSigma.
+  std::vector<std::string> without_sigma{};
   std::vector<Obstacle> obstacles;  ///< other than landmarks and walls
   std::vector<Moving> moving;       ///< simulation only
   SceneEffects effects;             ///< simulation only

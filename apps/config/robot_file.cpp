@@ -46,6 +46,7 @@ void read_drive(Section& root, Drive& drive) {
                   drive.max_speed_mps);
   section->number("command_timeout_s", {"time without a command after which the wheels stop", kSeconds, kTimeoutRange},
                   drive.command_timeout_s, Need::kOptional);
+  read_wheel_sigma(*section, drive);
   read_serial_drive(*section, drive);
 }
 
@@ -160,6 +161,11 @@ void scale(drivers::CameraPart& camera, RigView& view, double k) {
   camera.effects.defocus_px *= k;
 }
 
+void scale(RigSigma& sigma, double k) {
+  sigma.centre_px *= k;
+  sigma.rim_radius_px *= k;
+}
+
 }  // namespace
 
 namespace {
@@ -256,6 +262,7 @@ std::vector<std::string> camera_names(const Robot& robot) {
 Robot scaled(Robot robot, double k) {
   scale(robot.lower, robot.rig.lower, k);
   scale(robot.upper, robot.rig.upper, k);
+  if (robot.rig.sigma) scale(*robot.rig.sigma, k);
   return robot;
 }
 

@@ -16,6 +16,15 @@
 
 namespace twocone::config {
 
+/// Standard deviations of the believed wheels; 0: known exactly.
+struct WheelSigma {
+  double wheel_radius_m = 0;      ///< of both together, >= 0
+  double wheel_separation_m = 0;  ///< >= 0
+  double wheel_ratio = 0;         ///< of the right wheel's radius over the left one's, >= 0
+
+  friend bool operator==(const WheelSigma&, const WheelSigma&) = default;
+};
+
 struct Drive {
   std::string driver;
   double wheel_separation_m = 0;   ///< > 0
@@ -24,6 +33,7 @@ struct Drive {
   double command_timeout_s = 0.5;  ///< dead-man time, 0.001 to 60
   /// Set if and only if the driver is serial_diffdrive.
   std::optional<serial::SerialDriveSettings> serial{};
+  std::optional<WheelSigma> sigma{};  ///< none: that of a ruler (ruler_sigma)
 
   friend bool operator==(const Drive&, const Drive&) = default;
 };
@@ -52,13 +62,39 @@ struct RigView {
   friend bool operator==(const RigView&, const RigView&) = default;
 };
 
+/// Standard deviations of the believed rig, each of one number of either view and independent of the others; 0: known
+/// exactly. All are >= 0.
+struct RigSigma {
+  double mirror_radius_m = 0;
+  double lens_to_tip_m = 0;
+  double mirror_separation_m = 0;
+  double lens_height_m = 0;
+  double apex_rad = 0;
+  double centre_px = 0;  ///< of column and of row
+  double rim_radius_px = 0;
+  double azimuth_rad = 0;
+  double tilt_rad = 0;       ///< about x and about y
+  double axis_offset_m = 0;  ///< in x and in y
+  double distortion = 0;     ///< of k1 and of k2; of a lens without `distortion`, in units of v about the tip
+
+  friend bool operator==(const RigSigma&, const RigSigma&) = default;
+};
+
 struct Rig {
   RigView lower, upper;
-  double mirror_separation_m = 0;  ///< s, > 0
-  double lens_height_m = 0;        ///< lower lens above the floor, >= 0
+  double mirror_separation_m = 0;   ///< s, > 0
+  double lens_height_m = 0;         ///< lower lens above the floor, >= 0
+  std::optional<RigSigma> sigma{};  ///< none: that of a ruler (ruler_sigma)
 
   friend bool operator==(const Rig&, const Rig&) = default;
 };
+
+/// Returns the standard deviations that count where the file states none: lengths by a ruler to 2 mm, those of the
+/// whole robot to 3 mm; half a degree of the cone's angle, 1 degree of tilt, 3 degrees of azimuth; 10 px of the tip and
+/// 3 % of the rim's radius, as read off an image by eye; a mild lens.
+RigSigma ruler_sigma(const Rig& rig);
+/// Likewise 3 % of the wheels' radius, 5 mm between them, 1 % between their radii.
+WheelSigma ruler_sigma(const Drive& drive);
 
 /// Deviations of a simulated robot's body from the ideal (`effects:`).
 struct Effects {

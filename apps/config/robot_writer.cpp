@@ -88,6 +88,7 @@ YAML::Node rig_of(const Rig& rig, const std::string& lower_info, const std::stri
   node["lens_height_m"] = text_of(rig.lens_height_m);
   node["lower"] = lower;
   node["upper"] = upper;
+  if (rig.sigma) node["sigma"] = sigma_of(*rig.sigma);
   return node;
 }
 
@@ -144,6 +145,7 @@ std::string robot_text(const std::filesystem::path& file, const std::filesystem:
       rig_of(changed.rig, info("lower", &Rig::lower, &Robot::lower), info("upper", &Rig::upper, &Robot::upper));
   node["drive"]["wheel_separation_m"] = text_of(changed.drive.wheel_separation_m);
   node["drive"]["wheel_radius_m"] = text_of(changed.drive.wheel_radius_m);
+  if (changed.drive.sigma) node["drive"]["sigma"] = sigma_of(*changed.drive.sigma);
   YAML::Node cameras = node["cameras"];
   part_cameras(cameras, robot.others);
   set_camera(cameras["lower"], changed.lower, robot.lower);

@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include "apps/new_scene/new_scene.h"
 #include "apps/runlog/storage/disk.h"
@@ -52,12 +53,9 @@ class Text {
 
 /// Returns the text as a quoted YAML scalar.
 std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char letter : text) {
-    if (letter == '"' || letter == '\\') result += '\\';
-    result += letter;
-  }
-  return result + '"';
+  YAML::Emitter out;
+  out << YAML::DoubleQuoted << text;
+  return out.c_str();
 }
 
 std::string origin_of(const FoundLandmark& found) { return found.place.empty() ? "added" : found.place; }
@@ -110,7 +108,7 @@ void write_map(const Room& room, const RoomSettings& settings, const NewFiles& f
     file.print(", {}", quoted(std::filesystem::absolute(folder).lexically_normal()));
   }
   file.print("]\n# {}\nunit_m: {:.12g}\n", room.floor.why_unit, room.floor.unit_m);
-  file.print("bounds_m: {{x: [{:.3f}, {:.3f}], y: [{:.3f}, {:.3f}]}}\nlandmarks:\n", room.bounds.min_x_m,
+  file.print("bounds_m: {{x: [{:.3f}, {:.3f}], y: [{:.3f}, {:.3f}]}}\nlandmark_sigma_m: 0\nlandmarks:\n", room.bounds.min_x_m,
              room.bounds.max_x_m, room.bounds.min_y_m, room.bounds.max_y_m);
   for (const FoundLandmark& found : room.landmarks) {
     const Landmark& l = found.landmark;
@@ -140,7 +138,7 @@ void write_robot(const Room& room, const NewFiles& files) {
              quoted(files.map.filename()), room.start.x_m, room.start.y_m);
   file.print(R"(latency_frames: 4
 body: {{radius_m: {}}}
-drive: {{driver: sim_povray, wheel_separation_m: 0.30, wheel_radius_m: 0.05, max_speed_mps: 0.5, command_timeout_s: 0.5}}
+drive: {{driver: sim_povray, wheel_separation_m: 0.30, wheel_radius_m: 0.05, max_speed_mps: 0.5, command_timeout_s: 0.5, sigma: 0}}
 cameras:
   lower: {{driver: sim_povray, width_px: 640, height_px: 480, rate_hz: 15}}
   upper: {{driver: sim_povray, width_px: 640, height_px: 480, rate_hz: 15}}
@@ -150,6 +148,7 @@ rig:
   lens_to_tip_m: 0.12
   mirror_separation_m: 0.30
   lens_height_m: 0.25
+  sigma: 0
   lower: {{centre_px: [319.5, 239.5], rim_radius_px: 236.0, azimuth_rad: 0.0}}
   upper: {{centre_px: [319.5, 239.5], rim_radius_px: 236.0, azimuth_rad: 0.0}}
 )",

@@ -40,10 +40,11 @@ bool is_still(const Object& object) {
   return !(object.name == "robot" || object.name.starts_with("robot.") || object.name.starts_with("moving."));
 }
 
-/// Returns the text with blanks for the named blocks that `is_left_out` chooses. They have no obstacle.
+/// Returns the scene's text with blanks for the named blocks that `is_left_out` chooses. They have no obstacle.
 template <class IsLeftOut>
-std::string without_blocks(std::string text, IsLeftOut is_left_out) {
-  for (const NamedBlock& block : outline(text).blocks) {
+std::string without_blocks(const Scene& scene, IsLeftOut is_left_out) {
+  std::string text = scene.text();
+  for (const NamedBlock& block : scene.blocks()) {
     if (!is_left_out(block)) continue;
     std::replace_if(
         text.begin() + std::ptrdiff_t(block.begin), text.begin() + std::ptrdiff_t(block.close) + 1,
@@ -158,7 +159,7 @@ Result<SceneGeometry> SceneGeometry::read(const PlaceSettings& place, Leniency* 
   const auto choice = choose_rendering(*text, place.switches, access);
   if (!choice) return choice.error();
   // The robot's cameras may be of a kind that the evaluator does not know.
-  const std::string seen = without_blocks(choice->scene.text(), [&](const NamedBlock& block) {
+  const std::string seen = without_blocks(choice->scene, [&](const NamedBlock& block) {
     return leniency == nullptr && block.keyword == "camera" && block.obstacle.empty();
   });
   auto scene = evaluate(seen, choice->scene.path(), include_reader(access), {.leniency = leniency});
@@ -358,14 +359,14 @@ Result<std::string> text_without_robot(const std::filesystem::path& scene) {
   const auto read = Scene::read(scene);
   if (!read) return read.error();
   bool has_robot = false;
-  for (const NamedBlock& block : outline(read->text()).blocks) {
+  for (const NamedBlock& block : read->blocks()) {
     if (!is_of_robot(block)) continue;
     has_robot = true;
     if (block.obstacle.empty()) continue;
     return Error(ErrorCode::kRefused, "{}:{}: '{}' must stand at the top level of the file to be left out, and {}",
                  scene.string(), block.place.line, block.name, block.obstacle);
   }
-  return has_robot ? without_blocks(read->text(), is_of_robot) : std::string();
+  return has_robot ? without_blocks(*read, is_of_robot) : std::string();
 }
 
 }  // namespace twocone::sim_povray

@@ -48,7 +48,7 @@ class Subset {
     for (std::size_t i = 0; i < is_out.size(); ++i) {
       if (!is_out[i]) kept_.push_back(problem_.landmarks[i]);
     }
-    return make_problem(kept_, problem_.rounding);
+    return make_problem(kept_, problem_.rounding, problem_.shared);
   }
   /// Adds an explanation to `found` if the others agree.
   void try_without(const std::vector<char>& is_out, std::vector<Cleaned>& found) {
@@ -117,7 +117,7 @@ class Consensus {
       std::array<Landmark, 3> sample;
       if (!take_sample(k, size, sample)) continue;
       // The most accurate landmarks come first, as in the whole problem: then QR keeps each row's own digits.
-      const Problem problem = make_problem({sample.data(), std::size_t(size)}, problem_.rounding);
+      const Problem problem = make_problem({sample.data(), std::size_t(size)}, problem_.rounding, problem_.shared);
       if (size == 2) {
         if (problem.places.both < 2) continue;
         largest_share = std::max(largest_share, add(align(problem).state));

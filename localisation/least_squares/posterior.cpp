@@ -12,7 +12,6 @@
 
 #include "localisation/covariance.h"
 #include "localisation/least_squares/problem.h"
-#include "localisation/least_squares/solver.h"
 
 namespace twocone::localisation::least_squares {
 namespace {
@@ -130,12 +129,14 @@ Posterior update(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance,
   Frame frame;
   const int count = prepare(measurements, frame, room.data());
   if (count == 0 || !(widening > 0) || !mean.allFinite() || !is_covariance<3>(covariance)) return result;
-  const Problem problem = make_problem({room.data(), std::size_t(count)}, frame.rounding);
-
   const Eigen::Vector3d per_unit(1 / frame.unit_m, 1 / frame.unit_m, 1);
   const Eigen::Matrix3d lower = (per_unit.asDiagonal() * covariance * per_unit.asDiagonal()).eval().llt().matrixL();
   const Eigen::Vector2d place = (mean.head<2>() - frame.origin_m) / frame.unit_m;
-  const Whitened posterior(problem, {place.x(), place.y(), mean.z()}, lower, widening);
+  const State here{place.x(), place.y(), mean.z()};
+  const SharedErrors shared{measurements, frame, here};
+  const Problem problem =
+      make_problem({room.data(), std::size_t(count)}, frame.rounding, shared.any() ? &shared : nullptr);
+  const Whitened posterior(problem, here, lower, widening);
   result.kind = Posterior::Kind::kNotGaussian;
   const auto mode = only_mode(posterior);
   if (!mode) return result;
@@ -155,6 +156,10 @@ Posterior update(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance,
   result.kind = Posterior::Kind::kGaussian;
   result.mean = mean + unit.cwiseProduct(lower * mode->z);
   result.covariance = root * root.transpose();
+  const double scale = 1 / std::sqrt(widening);
+  result.measurement = linear_measurement(problem, posterior.at(mode->z));
+  result.measurement.slopes = result.measurement.slopes * per_unit.asDiagonal() * scale;
+  result.measurement.error = result.measurement.error * scale + result.measurement.slopes * (result.mean - mean);
   return result;
 }
 

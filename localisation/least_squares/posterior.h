@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "localisation/fix.h"
+#include "localisation/least_squares/solver.h"
 
 namespace twocone::localisation::least_squares {
 
@@ -21,6 +22,8 @@ struct Posterior {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   /// Chi-squared at the most likely pose, of the measurements and of the prior together.
   double chi_squared = 0;
+  /// The measurements, linearised at the most likely pose, with `error` at the prior's mean; in m and rad.
+  LinearMeasurement measurement{};
 };
 
 /// Updates a pose by the measurements themselves rather than by a fix of them. It finds the most likely pose by

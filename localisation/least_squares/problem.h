@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -32,7 +33,8 @@ struct State {
   double heading_rad = 0;
 };
 
-/// One usable measurement in a Frame, with its whitener, the inverse Cholesky factor of its covariance:
+/// One usable measurement in a Frame, with its whitener, the inverse Cholesky factor of its whole covariance (that of
+/// its own noise and that of the shared errors):
 ///   w_r = e_r * range_weight,     w_b = (e_b - bearing_on_range * w_r) * bearing_weight
 /// for the range residual e_r and the bearing residual e_b.
 struct Landmark {
@@ -61,12 +63,33 @@ struct Places {
   int both = 0;
 };
 
+/// The source of the errors that a problem's measurements share.
+struct SharedErrors {
+  /// Of which Landmark::index is an index.
+  std::span<const LandmarkMeasurement> measurements;
+  Frame frame;
+  /// A state near the answer. An error of a landmark's place moves its range or its bearing, depending on the direction
+  /// in which the landmark is seen. Empty: each place counts with its mean variance in all directions, independent of
+  /// the others.
+  std::optional<State> seen_from{};
+
+  /// Returns whether there are any shared errors.
+  [[nodiscard]] bool any() const;
+  /// Returns the number of errors.
+  [[nodiscard]] Eigen::Index count() const;
+};
+
 struct Problem {
   std::span<const Landmark> landmarks;
   Places places{};
   int numbers = 0;  ///< number of measured ranges and bearings
   bool has_heading = false;
-  double rounding = 0;  ///< of a coordinate, in units
+  double rounding = 0;                   ///< of a coordinate, in units
+  const SharedErrors* shared = nullptr;  ///< null where the measurements are independent
+  /// The inverse of the lower Cholesky factor of the covariance of all numbers, for the residuals in the landmarks'
+  /// order, range before bearing. Without rows where the measurements are independent: each landmark then has its own
+  /// whitener.
+  Eigen::MatrixXd whitener{};
 
   [[nodiscard]] int unknowns() const { return has_heading ? 3 : 2; }
   /// Returns whether the measurements can determine a pose (a position, without bearings).
@@ -80,6 +103,14 @@ struct Problem {
 int prepare(std::span<const LandmarkMeasurement> measurements, Frame& frame, Landmark* landmarks);
 
 /// Makes a problem: counts the places and numbers of landmarks in their frame.
-Problem make_problem(std::span<const Landmark> landmarks, double rounding);
+/// @param shared null where the measurements are independent; it must outlive the problem
+Problem make_problem(std::span<const Landmark> landmarks, double rounding, const SharedErrors* shared = nullptr);
+
+/// The errors of measured minus predicted numbers, range in units before bearing in rad, in the landmarks' order.
+struct NumberErrors {
+  Eigen::MatrixXd own;  ///< covariance of the numbers' own noise; without SharedErrors::seen_from also of the places
+  Eigen::MatrixXd by_shared;  ///< effects of the shared errors, a column each
+};
+NumberErrors errors_of_numbers(std::span<const Landmark> landmarks, const SharedErrors& shared);
 
 }  // namespace twocone::localisation::least_squares

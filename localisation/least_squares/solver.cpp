@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <boost/container/small_vector.hpp>
 
@@ -30,6 +32,14 @@ struct PoseTerms {
   double c;
   double s;
 };
+
+/// Returns the landmark without its whitener, for residuals in units and radians.
+Landmark without_whitener(Landmark l) {
+  l.range_weight = 1;
+  l.bearing_weight = 1;
+  l.bearing_on_range = 0;
+  return l;
+}
 
 inline Rows rows_of(const Landmark& l, const PoseTerms& at, double nearest) {
   Rows rows;
@@ -108,21 +118,27 @@ void factorise(double* a, std::ptrdiff_t stride, int rows, int unknowns, Factor&
   }
 }
 
-Minimum linearise_in(const Problem& problem, const State& state, double nearest, Workspace& work) {
+bool is_correlated(const Problem& problem) { return problem.whitener.rows() > 0; }
+
+/// Writes the whitened rows of all numbers, (dh/dx, dh/dy, dh/dheading, z - h). @returns their number
+template <typename Matrix>
+int fill_rows(const Problem& problem, const State& state, double nearest, Matrix& rows) {
   const PoseTerms at(state);
-  double cost = 0;
+  const bool is_joint = is_correlated(problem);
   int n = 0;
   for (const Landmark& l : problem.landmarks) {
-    const Rows rows = rows_of(l, at, nearest);
-    if (l.has_range) {
-      work.rows.row(n++) = rows.range;
-      cost += square(rows.range[3]);
-    }
-    if (l.has_bearing) {
-      work.rows.row(n++) = rows.bearing;
-      cost += square(rows.bearing[3]);
-    }
+    const Rows own = rows_of(is_joint ? without_whitener(l) : l, at, nearest);
+    if (l.has_range) rows.row(n++) = own.range;
+    if (l.has_bearing) rows.row(n++) = own.bearing;
   }
+  if (is_joint) rows.topRows(n) = (problem.whitener.triangularView<Eigen::Lower>() * rows.topRows(n)).eval();
+  return n;
+}
+
+Minimum linearise_in(const Problem& problem, const State& state, double nearest, Workspace& work) {
+  const int n = fill_rows(problem, state, nearest, work.rows);
+  double cost = 0;
+  for (int i = 0; i < n; ++i) cost += square(work.rows(i, 3));
   Minimum here{.state = state, .cost = std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost};
   factorise(work.rows.data(), work.rows.outerStride(), n, problem.unknowns(), here.factor);
   return here;
@@ -154,26 +170,43 @@ Eigen::Vector3d solve_damped(const Factor& f, int unknowns, double damping) {
   return solve(damped, unknowns);
 }
 
+/// Returns the residuals of all numbers at a state, times the inverse of their covariance.
+Eigen::VectorXd weighted_residuals(const Problem& problem, const State& state, double nearest) {
+  Workspace work(problem);
+  fill_rows(problem, state, nearest, work.rows);
+  return problem.whitener.triangularView<Eigen::Lower>().transpose() * work.rows.col(3);
+}
+
 /// Computes half of the second derivatives of chi-squared that J^T J leaves out, -sum e h'', by the position alone.
 Eigen::Matrix2d curvature(const Problem& problem, const State& state, double nearest) {
   const PoseTerms at(state);
+  const bool is_joint = is_correlated(problem);
+  const Eigen::VectorXd joint = is_joint ? weighted_residuals(problem, state, nearest) : Eigen::VectorXd();
   double xx = 0;
   double xy = 0;
   double yy = 0;
+  Eigen::Index number = 0;
   for (const Landmark& l : problem.landmarks) {
+    // Half of the derivative of chi-squared by the range residual, and by the bearing residual.
+    double by_range = 0;
+    double by_bearing = 0;
+    if (is_joint) {
+      if (l.has_range) by_range = joint[number++];
+      if (l.has_bearing) by_bearing = joint[number++];
+    } else {
+      const Rows rows = rows_of(l, at, nearest);
+      if (l.has_bearing) by_bearing = rows.bearing[3] * l.bearing_weight;
+      if (l.has_range) by_range = (rows.range[3] - by_bearing * l.bearing_on_range) * l.range_weight;
+    }
     const double dx = l.x - at.x;
     const double dy = l.y - at.y;
     const double distance = std::sqrt(dx * dx + dy * dy);
     if (distance <= nearest) continue;
     const double ux = dx / distance;
     const double uy = dy / distance;
-    const Rows rows = rows_of(l, at, nearest);
-    double bend = 0;  // factor of (I - u u^T) / distance, from the range
-    if (l.has_range) bend = rows.range[3] * l.range_weight;
+    double bend = by_range;  // factor of (I - u u^T) / distance, from the range
     if (l.has_bearing) {
-      const double e = rows.bearing[3] * l.bearing_weight;
-      bend -= e * l.bearing_on_range * (l.has_range ? l.range_weight : 0);
-      const double turn = e / (distance * distance);
+      const double turn = by_bearing / (distance * distance);
       xx -= 2 * turn * ux * uy;
       yy += 2 * turn * ux * uy;
       xy -= turn * (uy - ux) * (uy + ux);
@@ -301,7 +334,13 @@ double cost_at(const Problem& problem, const State& state) {
   const PoseTerms at(state);
   const double nearest = nearest_by_rounding(problem);
   double cost = 0;
-  for (const Landmark& l : problem.landmarks) cost += rows_of(l, at, nearest).chi_squared();
+  if (is_correlated(problem)) {
+    Workspace work(problem);
+    fill_rows(problem, state, nearest, work.rows);
+    cost = work.rows.col(3).squaredNorm();
+  } else {
+    for (const Landmark& l : problem.landmarks) cost += rows_of(l, at, nearest).chi_squared();
+  }
   return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
 }
 
@@ -432,7 +471,117 @@ double whitened_error2(const Problem& problem, const Landmark& landmark, const S
   return rows_of(landmark, PoseTerms(state), nearest_by_rounding(problem)).chi_squared();
 }
 
+Estimate estimate_at(const Problem& problem, const State& state, double nearest) {
+  Workspace work(problem);
+  fill_rows(problem, state, std::max(nearest, nearest_by_rounding(problem)), work.rows);
+  const int unknowns = problem.unknowns();
+  const Eigen::MatrixXd slopes = work.rows.leftCols(unknowns);
+  Eigen::MatrixXd gain = Eigen::MatrixXd::Zero(3, problem.numbers);
+  gain.topRows(unknowns) = slopes.colPivHouseholderQr().solve(problem.whitener);
+  const NumberErrors errors = errors_of_numbers(problem.landmarks, *problem.shared);
+  return {gain * errors.own * gain.transpose(), gain * errors.by_shared};
+}
+
+LinearMeasurement linear_measurement(const Problem& problem, const State& state) {
+  LinearMeasurement linear;
+  if (problem.shared == nullptr) {
+    const Factor factor = linearise(problem, state, 0).factor;
+    linear.slopes = factor.r;
+    linear.error = factor.q;
+    return linear;
+  }
+  Workspace work(problem);
+  fill_rows(problem, state, nearest_by_rounding(problem), work.rows);
+  const Eigen::MatrixXd slopes = work.rows.leftCols(problem.unknowns());
+  const Eigen::Index kept = std::min<Eigen::Index>(3, problem.numbers);
+  const Eigen::MatrixXd basis =
+      slopes.householderQr().householderQ() * Eigen::MatrixXd::Identity(problem.numbers, kept);
+  const Eigen::MatrixXd gain = basis.transpose() * problem.whitener;
+  const NumberErrors errors = errors_of_numbers(problem.landmarks, *problem.shared);
+  linear.slopes.topLeftCorner(kept, problem.unknowns()) = basis.transpose() * slopes;
+  linear.error.head(kept) = basis.transpose() * work.rows.col(3);
+  linear.own_covariance.topLeftCorner(kept, kept) = gain * errors.own * gain.transpose();
+  linear.by_shared.setZero(3, errors.by_shared.cols());
+  linear.by_shared.topRows(kept) = gain * errors.by_shared;
+  return linear;
+}
+
+namespace {
+
+/// Forecasts of each landmark's numbers by the others, for correlated numbers. With
+/// Q = C^-1 - C^-1 J (J^T C^-1 J)^-1 J^T C^-1, which removes the part of the residuals e that a step of the state
+/// explains, chi-squared of landmark i is (Q e)_i^T (Q_ii)^-1 (Q e)_i.
+class JointForecast {
+ public:
+  JointForecast(const Problem& problem, const State& state) : problem_(problem), work_(problem) {
+    fill_rows(problem, state, nearest_by_rounding(problem), work_.rows);
+    const Eigen::MatrixXd slopes = work_.rows.leftCols(problem.unknowns());
+    const auto qr = slopes.colPivHouseholderQr();
+    basis_ = Eigen::MatrixXd(qr.householderQ() * Eigen::MatrixXd::Identity(problem.numbers, qr.rank()));
+    for (const Landmark& l : problem.landmarks) {
+      first_.push_back(next_);
+      next_ += l.numbers();
+    }
+  }
+
+  [[nodiscard]] double of(std::size_t landmark) const {
+    const Eigen::Index n = problem_.landmarks[landmark].numbers();
+    const Eigen::MatrixXd columns = problem_.whitener.middleCols(first_[landmark], n);
+    const Eigen::MatrixXd free = columns - basis_ * (basis_.transpose() * columns);
+    const Eigen::VectorXd error = free.transpose() * work_.rows.col(3);
+    const Eigen::VectorXd whole = columns.colwise().squaredNorm();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free.transpose() * free);
+    // Where nothing else forecasts a number, its information is zero up to rounding, and so is its error.
+    constexpr double kNoForecast = 1e-9;
+    double sum = 0;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Eigen::VectorXd axis = eigen.eigenvectors().col(k);
+      const double information = eigen.eigenvalues()[k];
+      if (information > kNoForecast * axis.cwiseAbs2().dot(whole)) sum += square(axis.dot(error)) / information;
+    }
+    return sum;
+  }
+
+ private:
+  const Problem& problem_;
+  Workspace work_;
+  Eigen::MatrixXd basis_;  ///< orthonormal, of the whitened slopes
+  std::vector<Eigen::Index> first_;
+  Eigen::Index next_ = 0;
+};
+
+double joint_forecasts(const Problem& problem, const Minimum& minimum, const char* is_out, double* statistics) {
+  const std::size_t count = problem.landmarks.size();
+  std::vector<Landmark> used;
+  std::vector<std::size_t> index(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    index[i] = used.size();
+    if (is_out == nullptr || is_out[i] == 0) used.push_back(problem.landmarks[i]);
+  }
+  const Problem rest = used.size() == count ? problem : make_problem(used, problem.rounding, problem.shared);
+  const JointForecast of_used(rest, minimum.state);
+  double largest = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    double t = 0;
+    if (is_out == nullptr || is_out[i] == 0) {
+      t = of_used.of(index[i]);
+    } else {
+      // With the landmark added, its forecast is that of the used ones.
+      std::vector<Landmark> more = used;
+      more.push_back(problem.landmarks[i]);
+      const Problem with = make_problem(more, problem.rounding, problem.shared);
+      t = JointForecast(with, minimum.state).of(used.size());
+    }
+    if (statistics) *statistics++ = t;
+    largest = std::max(largest, t);
+  }
+  return largest;
+}
+
+}  // namespace
+
 double forecast(const Problem& problem, const Minimum& minimum, const char* is_out, double* statistics) {
+  if (is_correlated(problem)) return joint_forecasts(problem, minimum, is_out, statistics);
   const int unknowns = problem.unknowns();
   const PoseTerms at(minimum.state);
   const double nearest = nearest_by_rounding(problem);

@@ -41,6 +41,24 @@ Minimum linearise(const Problem& problem, const State& state, double nearest);
 Minimum minimise(const Problem& problem, const State& start, double worth = std::numeric_limits<double>::infinity());
 constexpr int kMaxSteps = 60;
 
+/// The error of an estimated (x, y, heading), by its sources.
+struct Estimate {
+  Eigen::Matrix3d own_covariance;  ///< caused by the numbers' own noise
+  BySharedErrors<3> by_shared;     ///< caused by the shared errors
+};
+/// Computes them at a state. Requires Problem::shared. @param nearest as for linearise()
+Estimate estimate_at(const Problem& problem, const State& state, double nearest);
+
+/// All numbers of a problem as one measurement near a state: error = slopes (true state - state) + own noise +
+/// by_shared times the shared errors. Unused rows have zero slopes and unit noise.
+struct LinearMeasurement {
+  Eigen::Matrix3d slopes = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d own_covariance = Eigen::Matrix3d::Identity();
+  BySharedErrors<3> by_shared{};
+};
+LinearMeasurement linear_measurement(const Problem& problem, const State& state);
+
 /// Returns factors that make the columns of R comparable: a common one for x and y, because no answer may depend on the
 /// orientation of the map, and one for the heading.
 Eigen::Vector3d scale_of(const Factor& factor, int unknowns);

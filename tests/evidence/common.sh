@@ -43,10 +43,10 @@ holds() { awk "BEGIN { print ($1) ? \"yes\" : \"no\" }"; }
 # TWOCONE_EVIDENCE_EARLIER=STATE, with ONLY: all other steps are taken from the folder of earlier sources, evidence-runs/STATE. The
 # page names all commits, and counts as stale.
 if [ -n "${TWOCONE_EVIDENCE_EARLIER:-}" ] && [ -z "$(ls "$work")" ]; then
+  again=${TWOCONE_EVIDENCE_ONLY:?names the steps that are not taken from TWOCONE_EVIDENCE_EARLIER}
   cp -r "evidence-runs/$TWOCONE_EVIDENCE_EARLIER/$topic/." "$work"
-  for done in "$work"/*.status; do
-    name=$(basename "$done" .status)
-    [[ ! $name =~ $TWOCONE_EVIDENCE_ONLY ]] || rm "$done"
+  for status in "$work"/*.status; do
+    [[ ! $(basename "$status" .status) =~ $again ]] || rm "$status"
   done
 fi
 # step NAME COMMAND...: runs the command once for these sources; its output is $work/NAME.log, its status $work/NAME.status

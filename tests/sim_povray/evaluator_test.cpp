@@ -13,11 +13,13 @@
 #include <gtest/gtest.h>
 
 #include "drivers/sim_povray/scene/random_stream.h"
+#include "tests/support/repeated.h"
 
 namespace twocone::sim_povray {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::repeated;
 
 const fs::path kScenes = fs::path(TWOCONE_SOURCE_DIR) / "scenes";
 const IncludeReader kNoFiles = [](const std::string&) { return std::nullopt; };
@@ -31,12 +33,6 @@ double radius(const std::string& text) {
   const auto scene = read(text);
   if (!scene || scene->objects.size() != 1) return -1;
   return std::get<Sphere>(scene->objects[0].shape).radius;
-}
-
-std::string repeated(const std::string& text, int times) {
-  std::string result;
-  for (int i = 0; i < times; ++i) result += text;
-  return result;
 }
 
 std::string complaint(const std::string& text) {

@@ -8,10 +8,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/repeated.h"
+
 namespace twocone::sim_povray {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::repeated;
 
 /// Returns one line of text per token.
 std::vector<std::string> tokens(std::string_view text) {
@@ -242,12 +245,6 @@ TEST(Outline, ANameThatIsNotFirstNamesNoBlock) {
     EXPECT_EQ(found.strays[0].name, "robot") << text;
   }
   EXPECT_TRUE(outline("#if (0) union { //*PMName robot\n } #end").strays.empty());
-}
-
-std::string repeated(std::string_view text, int times) {
-  std::string result;
-  for (int i = 0; i < times; ++i) result += text;
-  return result;
 }
 
 /// Without limits the time would grow with the square of the text, or double with each macro.

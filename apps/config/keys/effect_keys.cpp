@@ -68,7 +68,7 @@ void for_each_key(const sim_povray::CameraEffects& /*of*/, const Visit& visit) {
 /// The key takes a pair, as in `rig:`. A simulated lens has only one focal length, so both must be equal.
 bool read_focal_length(Section& section, std::string_view key, const Quantity& quantity, double& focal_px) {
   std::array<double, 2> pair{focal_px, focal_px};
-  if (!section.number_or_pair(key, quantity, pair, Need::kOptional)) return false;
+  if (!section.number_or_list(key, quantity, pair, Need::kOptional)) return false;
   focal_px = pair[0];
   if (pair[0] == pair[1]) return true;
   section.complain(key, kPixels, "one number, or twice the same: a simulated lens has one");

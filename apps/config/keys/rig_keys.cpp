@@ -116,7 +116,7 @@ void read_lens(Section& where, const std::filesystem::path& file, bool is_distor
                         std::optional<std::array<double, 2>>& value) {
     if (!where.has(key)) return;
     std::array<double, 2> pair{};
-    if (may_be_one_number ? where.number_or_pair(key, quantity, pair) : where.numbers(key, quantity, pair))
+    if (may_be_one_number ? where.number_or_list(key, quantity, pair) : where.numbers(key, quantity, pair))
       value = pair;
     if (!has_distortion && (has_file || !is_distortion_common)) {
       where.complain(key, quantity.unit, "absent without distortion");
@@ -126,6 +126,63 @@ void read_lens(Section& where, const std::filesystem::path& file, bool is_distor
        view.distortion_focal_px);
   read("distortion_principal_px", {"column and row that the distortion is about", kPixels, kAnyNumber}, false,
        view.distortion_principal_px);
+}
+
+/// A key of `sigma:`.
+template <typename Sigma>
+struct SigmaKey {
+  const char* key;
+  Unit unit;
+  double Sigma::*value;
+};
+
+constexpr SigmaKey<RigSigma> kRigSigmaKeys[] = {
+    {"mirror_radius_m", kMetres, &RigSigma::mirror_radius_m},
+    {"lens_to_tip_m", kMetres, &RigSigma::lens_to_tip_m},
+    {"mirror_separation_m", kMetres, &RigSigma::mirror_separation_m},
+    {"lens_height_m", kMetres, &RigSigma::lens_height_m},
+    {"apex_rad", kRadians, &RigSigma::apex_rad},
+    {"centre_px", kPixels, &RigSigma::centre_px},
+    {"rim_radius_px", kPixels, &RigSigma::rim_radius_px},
+    {"azimuth_rad", kRadians, &RigSigma::azimuth_rad},
+    {"tilt_rad", kRadians, &RigSigma::tilt_rad},
+    {"axis_offset_m", kMetres, &RigSigma::axis_offset_m},
+    {"distortion", kNoUnit, &RigSigma::distortion},
+};
+
+constexpr SigmaKey<WheelSigma> kWheelSigmaKeys[] = {
+    {"wheel_radius_m", kMetres, &WheelSigma::wheel_radius_m},
+    {"wheel_separation_m", kMetres, &WheelSigma::wheel_separation_m},
+    {"wheel_ratio", kNoUnit, &WheelSigma::wheel_ratio},
+};
+
+/// Reads `sigma:`, which is 0 or a mapping. A key that is absent in the mapping has the ruler's value.
+/// @returns nothing if there is no such key
+template <typename Sigma>
+std::optional<Sigma> read_sigma(Section& where, std::span<const SigmaKey<Sigma>> keys, const Sigma& ruler) {
+  constexpr Range kExact{
+      .least = 0, .greatest = 0, .words = "0 (all is exact) or a mapping with a number for each key"};
+  if (!where.has("sigma")) return std::nullopt;
+  if (where.has_number("sigma")) {
+    double zero = 0;
+    where.number("sigma", {"standard deviations of these numbers", kNoUnit, kExact}, zero);
+    return Sigma{};
+  }
+  Section* section = where.section("sigma", "standard deviations of these numbers, or 0: all is exact");
+  if (section == nullptr) return std::nullopt;
+  Sigma sigma = ruler;
+  for (const SigmaKey<Sigma>& key : keys) {
+    section->number(key.key, {"a standard deviation", key.unit, kZeroOrMore}, sigma.*key.value, Need::kOptional);
+  }
+  return sigma;
+}
+
+template <typename Sigma>
+YAML::Node sigma_node(const Sigma& sigma, std::span<const SigmaKey<Sigma>> keys) {
+  if (sigma == Sigma{}) return YAML::Node(0);
+  YAML::Node node;
+  for (const SigmaKey<Sigma>& key : keys) node[key.key] = text_of(sigma.*key.value);
+  return node;
 }
 
 }  // namespace
@@ -158,6 +215,33 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig) {
       section->complain_missing(mirror.key, fmt::format("{} {}", mirror.what, mirror.absent_keys));
     }
   }
+  rig.sigma = read_sigma<RigSigma>(*section, kRigSigmaKeys, ruler_sigma(rig));
+}
+
+void read_wheel_sigma(Section& drive_section, Drive& drive) {
+  drive.sigma = read_sigma<WheelSigma>(drive_section, kWheelSigmaKeys, ruler_sigma(drive));
+}
+
+YAML::Node sigma_of(const RigSigma& sigma) { return sigma_node<RigSigma>(sigma, kRigSigmaKeys); }
+YAML::Node sigma_of(const WheelSigma& sigma) { return sigma_node<WheelSigma>(sigma, kWheelSigmaKeys); }
+
+RigSigma ruler_sigma(const Rig& rig) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  return {.mirror_radius_m = 0.002,
+          .lens_to_tip_m = 0.002,
+          .mirror_separation_m = 0.003,
+          .lens_height_m = 0.003,
+          .apex_rad = 0.5 * kDegree,
+          .centre_px = 10,
+          .rim_radius_px = 0.03 * (rig.lower.rim_radius_px + rig.upper.rim_radius_px) / 2,
+          .azimuth_rad = 3 * kDegree,
+          .tilt_rad = 1 * kDegree,
+          .axis_offset_m = 0.003,
+          .distortion = 0.02};
+}
+
+WheelSigma ruler_sigma(const Drive& drive) {
+  return {.wheel_radius_m = 0.03 * drive.wheel_radius_m, .wheel_separation_m = 0.005, .wheel_ratio = 0.01};
 }
 
 void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file) {

@@ -22,6 +22,13 @@ namespace twocone::config {
 /// @param file the folder of this file is the base of relative paths
 void read_rig(Section& root, const std::filesystem::path& file, Rig& rig);
 
+/// Reads `sigma:` of `drive:`.
+void read_wheel_sigma(Section& drive_section, Drive& drive);
+
+/// Returns `sigma:` of `rig:` or `drive:` as it is written; 0 if all of them are.
+YAML::Node sigma_of(const RigSigma& sigma);
+YAML::Node sigma_of(const WheelSigma& sigma);
+
 /// Makes the path of each `camera_info` absolute. @param file named when the robot was read
 void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file);
 

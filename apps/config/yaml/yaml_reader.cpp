@@ -190,6 +190,11 @@ const Section::Item* Section::find(std::string_view key, std::string_view what, 
 
 bool Section::has(std::string_view key) { return find(key) != nullptr; }
 
+bool Section::has_number(std::string_view key) {
+  const Entry* const entry = find(key);
+  return entry != nullptr && number_in(entry->item.node);
+}
+
 void Section::complain_missing(std::string_view key, std::string_view what, Unit unit) {
   reading_->complain(
       line_, fmt::format("{} is missing: {}{}{}", path_of(key), what, unit.name.empty() ? "" : ", ", unit.name));
@@ -290,15 +295,16 @@ bool Section::numbers(std::string_view key, const Quantity& quantity, std::span<
   return good;
 }
 
-bool Section::number_or_pair(std::string_view key, const Quantity& quantity, std::span<double, 2> values, Need need) {
+bool Section::number_or_list(std::string_view key, const Quantity& quantity, std::span<double> values, Need need) {
   const Item* const item = find(key, quantity.what, quantity.unit, need);
   if (item == nullptr) return need == Need::kOptional;
   if (item->node.IsSequence()) return numbers(key, quantity, values, need);
   if (!number_in(item->node)) {
-    return refuse(*item, quantity.unit, with_unit("a number or a list of 2 numbers", quantity.unit));
+    const std::string rule = fmt::format("a number or a list of {} numbers", values.size());
+    return refuse(*item, quantity.unit, with_unit(rule, quantity.unit));
   }
   if (!take_number(*item, quantity, values[0])) return false;
-  values[1] = values[0];
+  std::ranges::fill(values, values[0]);
   return true;
 }
 

@@ -83,8 +83,8 @@ class Section {
   bool flag(std::string_view key, std::string_view what, bool& value, Need need = Need::kRequired);
   /// Reads a list of exactly values.size() numbers.
   bool numbers(std::string_view key, const Quantity& quantity, std::span<double> values, Need need = Need::kRequired);
-  /// Reads a number, which sets both values, or a list of two numbers.
-  bool number_or_pair(std::string_view key, const Quantity& quantity, std::span<double, 2> values,
+  /// Reads a number, which sets all values, or a list of values.size() numbers.
+  bool number_or_list(std::string_view key, const Quantity& quantity, std::span<double> values,
                       Need need = Need::kRequired);
   /// Reads a list whose length is one of `counts`.
   bool number_list(std::string_view key, const Quantity& quantity, std::span<const std::size_t> counts,
@@ -103,6 +103,8 @@ class Section {
   [[nodiscard]] std::vector<std::string> keys() const;
   /// Returns whether the key is present, and marks it as known.
   bool has(std::string_view key);
+  /// Returns whether the key is present with a number as its value, and marks it as known.
+  bool has_number(std::string_view key);
   void complain_missing(std::string_view key, std::string_view what, Unit unit = kNoUnit);
   /// Adds "PATH.KEY is VALUE UNIT, must be RULE" at the key's line.
   void complain(std::string_view key, Unit unit, std::string_view rule);

@@ -212,7 +212,7 @@ void Evaluation::directive(const Token& token) {
 void Evaluation::check_open(std::string_view directive) const {
   const auto [inputs, sections] = closed_;
   if (inputs_.size() > inputs || inputs_.back().sections.size() > sections) return;
-  if (inputs > 0) fail(fmt::format("#{} stands inside of a condition", directive));
+  fail(fmt::format("#{} stands inside of a condition", directive));
 }
 
 void Evaluation::end_section(const Token& token) {

@@ -76,7 +76,7 @@ struct EvaluationError {
 bool has_bound(std::string_view word);
 
 /// Reads one scene from its first token to its last. Each group of functions has a file: directives.cpp,
-/// expressions.cpp, textures.cpp, objects.cpp.
+/// expressions.cpp, textures.cpp, objects.cpp, items.cpp.
 class Evaluation {
  public:
   Evaluation(std::string_view text, const std::string& path, const IncludeReader& read,
@@ -285,6 +285,8 @@ class Evaluation {
   /// Skips until no more than so many braces are open.
   void leave_block(int braces);
   std::vector<Object> read_objects();
+
+  // ---- items of the scene
   LightSource read_light();
   PerspectiveCamera read_camera();
   void read_global_settings();
@@ -301,8 +303,9 @@ class Evaluation {
   std::size_t bytes_ = 0;
   int braces_ = 0;
   int nesting_ = 0;
-  std::pair<std::size_t, std::size_t> closed_{};  // inputs_, and sections of the last one, that a condition keeps
-  Leniency notes_;                                // of what is being read: of a declaration, else of the scene
+  std::pair<std::size_t, std::size_t>
+      closed_{};    // inputs_, and sections of the last one, that a condition keeps; 0: none is read
+  Leniency notes_;  // of what is being read: of a declaration, else of the scene
   std::map<std::string, Leniency, std::less<>> notes_of_declared_;
   int line_ = 1;           // of the last token read
   std::string_view name_;  // the last name comment read

@@ -15,8 +15,7 @@ namespace twocone::sim_povray {
 
 /// What a lenient evaluation did not take as the text says.
 struct Leniency {
-  /// Statements that are left out: `FILE:LINE: why`. Each place is named once, and
-  /// not more than a hundred.
+  /// Statements that are left out: `FILE:LINE: why`. Each place is named once. At most a hundred are listed.
   std::vector<std::string> left_out{};
   /// Shapes in place of which a simple one around them stands (Object::is_bound), likewise.
   std::vector<std::string> bounded{};

@@ -38,6 +38,8 @@ class Scene {
   [[nodiscard]] bool mentions(const std::string& name) const;
   /// Returns the names of all named blocks, each once, in the order of the text.
   [[nodiscard]] std::vector<std::string> names() const;
+  /// Returns all named blocks, movable or not, in the order of the text.
+  [[nodiscard]] const std::vector<NamedBlock>& blocks() const { return found_.blocks; }
   /// Returns the object of the robot of that name: `robot.NAME`, or `robot` if the scene has no such object.
   /// Errors: kRefused, as object(); the message names the scene's robots if it has others.
   [[nodiscard]] Result<NamedBlock> robot(const std::string& name) const;

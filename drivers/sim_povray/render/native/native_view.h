@@ -194,7 +194,7 @@ class NativeView {
     std::once_flag made{};
     FixedSamples samples{};
   };
-  mutable std::vector<LazySamples> samples_{};  ///< of tiles_
+  mutable std::vector<LazySamples> samples_{};  ///< of tiles_; empty: without anti-aliasing, or too many to keep
   Bounds3 sight_{};                             ///< holds the rays from the camera to what fixed pixels show
   double unit_m_;
   mutable std::once_flag truth_planned_{};

@@ -75,9 +75,6 @@ inline Vec3 box_normal(int patch) {
   const double sign = patch % 2 == 0 ? -1 : 1;
   return patch < 2 ? Vec3{sign, 0, 0} : patch < 4 ? Vec3{0, sign, 0} : Vec3{0, 0, sign};
 }
-inline bool box_contains(const Vec3& low, const Vec3& high, const Vec3& p) {
-  return low.x <= p.x && p.x <= high.x && low.y <= p.y && p.y <= high.y && low.z <= p.z && p.z <= high.z;
-}
 
 /// Along the axes of the scene.
 struct AlignedBox {
@@ -88,7 +85,7 @@ struct AlignedBox {
     cross_box(ray, low, high, found);
   }
   [[nodiscard]] Vec3 normal(const Ray& /*ray*/, double /*t*/, int patch) const { return box_normal(patch); }
-  [[nodiscard]] bool contains(const Vec3& point) const { return box_contains(low, high, point); }
+  [[nodiscard]] bool contains(const Vec3& point) const { return is_within(point, {low, high}); }
   [[nodiscard]] std::optional<Bounds3> bounds() const { return Bounds3{low, high}; }
 };
 
@@ -111,7 +108,7 @@ struct PlacedBox : Placed {
   [[nodiscard]] Vec3 normal(const Ray& /*ray*/, double /*t*/, int patch) const {
     return frame.normal(box_normal(patch));
   }
-  [[nodiscard]] bool contains(const Vec3& point) const { return box_contains(low, high, frame.inverse_point(point)); }
+  [[nodiscard]] bool contains(const Vec3& point) const { return is_within(frame.inverse_point(point), {low, high}); }
   [[nodiscard]] std::optional<Bounds3> bounds() const;
 };
 
