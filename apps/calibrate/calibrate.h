@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/config/robot_file.h"
+#include "apps/estimation/self_rig.h"
 #include "apps/runlog/run_data.h"
 #include "hal/result.h"
 #include "vision/calibration.h"
@@ -21,6 +22,8 @@ struct Settings {
   vision::CalibrationPriors priors{};
   bool fit_distortion = false;
   bool leave_out_unreadable = false;  ///< true: an unreadable image is no error, and its frame gives no sightings
+  /// Starts from what the images show (vision/self_rig.h) where they contradict the robot file. False: from the file.
+  bool start_from_images = true;
   bool fit_timing = false;            ///< also fits latency, skew and readout (vision::CalibrationProblem::fit_timing)
   /// Called with the fraction of the work that is done, in [0, 1]. May be empty.
   std::function<void(double)> progress;
@@ -38,7 +41,11 @@ struct Report {
   vision::CalibrationResult result{};
   vision::CalibrationProblem problem;    ///< of the last round; `result.residuals` points into its frames
   std::array<ViewCircles, 2> circles{};  ///< lower, upper
-  vision::Rig before, after;
+  /// What the images show before anything is believed; empty without Settings::start_from_images.
+  std::optional<vision::SelfRig> found{};
+  std::vector<estimation::RigDifference> replaced{};  ///< numbers of the robot file that the images contradict
+  bool exchanged = false;                             ///< the cameras of the run are exchanged; `rig` is that of the mirrors
+  vision::Rig before, after;  ///< `before` is the start: the robot file's rig with the replaced numbers
   config::Rig rig;          ///< `after` in the form of a robot file
   config::Drive drive;      ///< with the calibrated sizes of the wheels
   double slip = 0;          ///< believed slip of the wheels
@@ -47,6 +54,10 @@ struct Report {
 };
 
 /// Finds the errors of `robot`'s rig from runs among known landmarks.
+///
+/// It starts from the images of the first run alone (vision/self_rig.h): numbers in pixels and azimuths that they
+/// contradict, or that the robot file leaves to them, are replaced; mirrored images and exchanged cameras are found.
+/// Where the images do not show all of these, the start is the robot file, and an error names what to change.
 ///
 /// It measures the landmarks' sightings in each chosen frame with the believed rig (vision/outline_ranging.h), and
 /// solves for the rig (vision/calibration.h). The place of an outline depends slightly on the rig. So both steps are
@@ -82,7 +93,12 @@ struct ChosenFrames {
   };
   std::vector<Frame> frames;
   std::vector<Landmark> landmarks;  ///< of the maps of all runs, run by run
+  bool exchanged = false;           ///< the run's folder `lower` has the images of the upper mirror
 };
+
+/// Returns some thirty frames of a run for the search of the rig, in pairs that are a short drive apart, with the motion
+/// between the two of a pair. Images that cannot be read are left out.
+std::vector<vision::SelfRigFrame> frames_for_search(const runlog::RunData& run);
 
 /// Chooses about `count` frames, spread evenly from the first to the last of each run.
 ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);

@@ -115,6 +115,24 @@ std::string table(const Report& report) {
       fmt::format("twocone {}, commit {}, {}\n", runlog::version(), runlog::commit(), runlog::compiler());
   text += fmt::format("calibration of the rig of {}\n", report.robot);
   for (const std::string& run : report.runs) text += fmt::format("  from {}\n", run);
+  if (report.found) {
+    text += "\nfrom the images alone:\n";
+    for (const std::string& line : estimation::lines_of(*report.found)) text += fmt::format("  {}\n", line);
+    for (const auto& [key, in_file, seen] : report.replaced) {
+      text += in_file.empty() ? fmt::format("  rig.{} is {}, as seen; the robot file has none\n", key, seen)
+                              : fmt::format("  rig.{} is {}, as seen, instead of {}\n", key, seen, in_file);
+    }
+    if (report.found->missing() != vision::NotFound::kNothing) {
+      text += fmt::format("  not everything was found, so the robot file is the start: {}\n",
+                          estimation::what_to_change(*report.found));
+    }
+    if (report.exchanged) {
+      text +=
+          "  the cameras are exchanged: the new robot file exchanges cameras.lower and cameras.upper;\n"
+          "  a run with the old file has them the wrong way round, and so have recordings\n";
+    }
+    text += "\n";
+  }
   text += fmt::format(
       "{} frames ({} more without two landmarks), {} sightings in the lower and {} in the upper view, {} outliers\n\n",
       r.frames_used, r.frames_dropped, r.sightings[0], r.sightings[1], r.outliers);
@@ -174,6 +192,16 @@ std::string to_json(const Report& report) {
   json["sighting_scale"] = r.sighting_scale;
   json["systematic_px"] = r.systematic_px;
   if (r.wheel_scale > 0) json["wheel_scale"] = r.wheel_scale;
+  if (report.found) {
+    Json& found = json["from_images"];
+    found["lines"] = estimation::lines_of(*report.found);
+    found["exchanged"] = report.exchanged;
+    found["missing"] = to_string(report.found->missing());
+    found["replaced"] = Json::array();
+    for (const auto& [key, in_file, seen] : report.replaced) {
+      found["replaced"].push_back({{"key", "rig." + key}, {"in_file", in_file}, {"seen", seen}});
+    }
+  }
   for (const std::size_t view : {0, 1}) {
     Json& node = json["views"][view == 0 ? "lower" : "upper"];
     node["sightings"] = r.sightings[view];

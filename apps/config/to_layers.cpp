@@ -9,6 +9,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include "apps/config/yaml/text_file.h"
@@ -269,6 +270,15 @@ sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map) {
 }
 
 vision::Rig to_rig(const Robot& robot) {
+  if (!robot.rig.missing.empty()) {
+    throw FileError(
+        "{}: rig has no {}: twocone run --self-rig finds them in the first images, and twocone calibrate in a drive",
+        robot.file.string(), fmt::join(robot.rig.missing, ", "));
+  }
+  return to_assumed_rig(robot);
+}
+
+vision::Rig to_assumed_rig(const Robot& robot) {
   const Rig& rig = robot.rig;
   const double lower_tip_m = rig.lens_height_m + rig.lower.lens_to_tip_m;
   const double upper_lens_m = lower_tip_m + rig.mirror_separation_m - rig.upper.lens_to_tip_m;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -90,6 +91,7 @@ std::vector<std::string> header_lines(const calibrate::Report& report) {
   lines.push_back(fmt::format("Sightings' residuals: lower {:.3f} -> {:.3f} px, upper {:.3f} -> {:.3f} px.",
                               report.result.rms_before_px[0], report.result.rms_after_px[0],
                               report.result.rms_before_px[1], report.result.rms_after_px[1]));
+  if (report.exchanged) lines.emplace_back("The cameras were exchanged: lower and upper have changed places here.");
   std::string kept;
   for (const vision::CalibratedParameter& p : report.result.parameters) {
     if (!p.observed && !p.derived) kept += (kept.empty() ? "" : ", ") + p.name;
@@ -135,6 +137,10 @@ void calibrate_with(CalibrateArguments options) {
   // The robot file is written last. If it exists, all files that belong to it exist too.
   config::Robot calibrated = robot;
   calibrated.rig = report.rig;
+  if (report.exchanged) {
+    for (auto& change : config::exchange_cameras(robot)) calibrated.changes.push_back(std::move(change));
+    std::swap(calibrated.lower, calibrated.upper);
+  }
   calibrated.drive.wheel_separation_m = report.drive.wheel_separation_m;
   calibrated.drive.wheel_radius_m = report.drive.wheel_radius_m;
   runlog::write_whole(options.out, config::robot_text(robot.file, options.out, calibrated, header_lines(report)));
