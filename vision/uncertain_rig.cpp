@@ -2,6 +2,7 @@
 #include "vision/uncertain_rig.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -18,6 +19,11 @@ constexpr double kLengthStep_m = 1e-5;
 constexpr double kAngleStep_rad = 1e-5;
 constexpr double kPixelStep_px = 1e-2;
 constexpr double kLensStep = 1e-4;
+
+constexpr std::array<const char*, kViewNumbers> kViewNames{
+    "centre_px.column", "centre_px.row",   "rim_radius_px",   "azimuth_rad", "tilt_rad.x",
+    "tilt_rad.y",       "axis_offset_m.x", "axis_offset_m.y", "apex_rad",    "mirror_radius_m",
+    "lens_to_tip_m",    "distortion.k1",   "distortion.k2"};
 
 double step_of(int number) {
   if (number >= kLensHeight) return kLengthStep_m;
@@ -68,6 +74,27 @@ MirrorView with_errors(const MirrorView& view, Side side, const Eigen::VectorXd&
 }
 
 }  // namespace
+
+std::string rig_number_name(int number) {
+  if (number == kLensHeight) return "lens_height_m";
+  if (number == kSeparation) return "mirror_separation_m";
+  return std::string(number < kViewNumbers ? "lower." : "upper.") + kViewNames[std::size_t(number % kViewNumbers)];
+}
+
+Eigen::VectorXd numbers_of(const Rig& rig) {
+  Eigen::VectorXd numbers(kRigNumbers);
+  for (const Side side : {Side::kLower, Side::kUpper}) {
+    const MirrorViewSettings& s = of_view(rig, side).settings();
+    const bool has_lens = s.distortion && s.distortion->coefficients.size() >= 2;
+    const double k1 = has_lens ? s.distortion->coefficients[0] : 0;
+    const double k2 = has_lens ? s.distortion->coefficients[1] : 0;
+    numbers.segment<kViewNumbers>(rig_number(side, 0)) << s.centre_px, s.rim_radius_px, s.azimuth_rad, s.tilt_rad,
+        s.axis_offset_m, s.cone.apex_rad, s.cone.rim_radius_m, s.cone.lens_to_tip_m, k1, k2;
+  }
+  numbers[kLensHeight] = rig.lower.settings().lens_height_m;
+  numbers[kSeparation] = rig.mirror_separation_m();
+  return numbers;
+}
 
 Rig with_errors(const Rig& rig, const Eigen::VectorXd& errors) {
   // The upper lens follows from the tips' separation and the distances from the lenses to the tips.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -36,6 +37,11 @@ enum RigNumber : int { kLensHeight = 2 * kViewNumbers, kSeparation, kRigNumbers 
 
 /// Returns the index of a ViewNumber of one view among those of the rig.
 constexpr int rig_number(Side side, int number) { return (side == Side::kLower ? 0 : kViewNumbers) + number; }
+
+/// Returns the name of a RigNumber, which is its key in a robot file: lower.centre_px.column, mirror_separation_m.
+std::string rig_number_name(int number);
+/// Returns the numbers of a rig, by RigNumber. k1 and k2 of a view without a lens are 0.
+Eigen::VectorXd numbers_of(const Rig& rig);
 
 /// Numbers of a landmark that a map holds.
 enum LandmarkNumber : int { kPlaceX, kPlaceY, kTop, kRadius, kLandmarkNumbers };

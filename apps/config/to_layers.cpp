@@ -12,6 +12,7 @@
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
+#include "apps/config/calibration_file.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 #include "drivers/sim_povray/place.h"
@@ -311,21 +312,20 @@ localisation::WheelGeometry to_wheels(const Robot& robot) {
 BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
   const RigSigma rig = robot.rig.sigma.value_or(ruler_sigma(robot.rig));
   const WheelSigma wheels = robot.drive.sigma.value_or(ruler_sigma(robot.drive));
-  // All numbers in one list: the rig's, then each landmark's, then the wheels'. Each is independent of the others.
+  // All numbers in one list, as belief_names() has them. Without a calibration each is independent of the others.
   std::vector<double> sigmas = sigmas_of(rig);
   for (const Landmark& landmark : map.landmarks) {
     const LandmarkSigma& s = landmark.sigma;
     sigmas.insert(sigmas.end(), {s.x_m, s.y_m, s.top_m, s.radius_m});
   }
-  const double radius_share = wheels.wheel_radius_m / robot.drive.wheel_radius_m;
-  sigmas.insert(sigmas.end(), {radius_share, wheels.wheel_ratio, wheels.wheel_separation_m});
+  sigmas.insert(sigmas.end(), {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m});
 
-  const auto count = std::ranges::count_if(sigmas, [](double sigma) { return sigma > 0; });
-  Eigen::MatrixXd by_shared = Eigen::MatrixXd::Zero(Eigen::Index(sigmas.size()), count);
-  Eigen::Index error = 0;
-  for (std::size_t i = 0; i < sigmas.size(); ++i) {
-    if (sigmas[i] > 0) by_shared(Eigen::Index(i), error++) = sigmas[i];
+  const Eigen::VectorXd independent = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()));
+  Eigen::MatrixXd covariance = independent.cwiseAbs2().asDiagonal();
+  if (!robot.rig.calibration.empty()) {
+    covariance = belief_covariance(read_calibration(robot.rig.calibration), robot, map, independent);
   }
+  const Eigen::MatrixXd by_shared = root_of(covariance);
   BeliefErrors errors;
   errors.vision.rig = by_shared.topRows(vision::kRigNumbers);
   for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
@@ -334,20 +334,22 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
     errors.places.emplace_back(by_shared.middleRows(at + vision::kPlaceX, 2));
   }
   Eigen::Matrix3d by_sizes;  // of left radius share, right radius share, separation
-  by_sizes << 1, -0.5, 0, 1, 0.5, 0, 0, 0, 1;
+  const double per_radius = 1 / robot.drive.wheel_radius_m;
+  by_sizes << per_radius, -0.5, 0, per_radius, 0.5, 0, 0, 0, 1;
   errors.wheels = by_sizes * by_shared.bottomRows(3);
   return errors;
 }
 
 std::string ruler_note(const Robot& robot, const Map& map) {
   std::vector<std::string> lacking;
-  if (!robot.rig.sigma) lacking.push_back(fmt::format("rig: of {}", robot.file.string()));
-  if (!robot.drive.sigma) lacking.push_back(fmt::format("drive: of {}", robot.file.string()));
+  if (!robot.rig.sigma && robot.rig.calibration.empty())
+    lacking.push_back(fmt::format("rig: of {}", robot.file.string()));
+  if (!robot.drive.sigma && robot.rig.calibration.empty())
+    lacking.push_back(fmt::format("drive: of {}", robot.file.string()));
   if (const std::size_t count = map.without_sigma.size(); count > 0) {
-    lacking.push_back(count == map.landmarks.size()
-                          ? fmt::format("the landmarks of {}", map.file.string())
-                          : fmt::format("{} landmarks of {} ({})", count, map.file.string(),
-                                        fmt::join(map.without_sigma, ", ")));
+    lacking.push_back(count == map.landmarks.size() ? fmt::format("the landmarks of {}", map.file.string())
+                                                    : fmt::format("{} landmarks of {} ({})", count, map.file.string(),
+                                                                  fmt::join(map.without_sigma, ", ")));
   }
   if (lacking.empty()) return "";
   return fmt::format("no sigma is stated for {}: the answers count with what a ruler gives (key sigma, sigma_m)",

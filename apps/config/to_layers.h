@@ -49,8 +49,8 @@ std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& set
 /// that cannot be read
 sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map);
 
-/// Places the upper lens so that the tips are mirror_separation_m apart. @throws FileError if MirrorView rejects a view,
-/// and if the file leaves numbers to the images (Rig::missing)
+/// Places the upper lens so that the tips are mirror_separation_m apart. @throws FileError if MirrorView rejects a
+/// view, and if the file leaves numbers to the images (Rig::missing)
 vision::Rig to_rig(const Robot& robot);
 /// As to_rig(), with the assumed numbers for those that the file leaves to the images: for the search of these numbers
 /// alone. @throws FileError if MirrorView rejects a view
