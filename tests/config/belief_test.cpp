@@ -70,8 +70,8 @@ TEST(Belief, EveryNumberHasItsOwnError) {
   EXPECT_EQ(errors.vision.rig.cols(), 26 + 2 + 8 + 3);
   const Eigen::VectorXd sigmas = sigmas_of(errors);
   EXPECT_EQ(sigmas[vision::kSeparation], 0.003);
-  EXPECT_EQ(sigmas[vision::kRigNumbers + vision::kTop], 0.002) << "of the first landmark, as its map states";
-  EXPECT_EQ(sigmas[vision::kRigNumbers + vision::kLandmarkNumbers + vision::kPlaceX], kTapeSigma.x_m);
+  EXPECT_EQ(sigmas[int(vision::kRigNumbers) + vision::kTop], 0.002) << "of the first landmark, as its map states";
+  EXPECT_EQ(sigmas[int(vision::kRigNumbers) + vision::kLandmarkNumbers + vision::kPlaceX], kTapeSigma.x_m);
   // The wheels: 0.001 of the radius is common to both, half of the ratio's error is on either side.
   const Eigen::Vector2d common = errors.wheels.rightCols<3>().col(0).head<2>();
   EXPECT_DOUBLE_EQ(common[0], 0.001 / robot.drive.wheel_radius_m);

@@ -206,9 +206,12 @@ TEST(ToRobotSettings, OtherDriversHaveNoWorld) {
 TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
   const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
   Robot robot = good_robot();
-  auto& [lower, upper, separation_m, lens_height_m] = robot.rig;
+  auto& [lower, upper, separation_m, lens_height_m, sigma, calibration, missing] = robot.rig;
   separation_m *= 1.7;
   lens_height_m += 0.31;
+  sigma = RigSigma{.centre_px = 3};
+  calibration = "found.calibration.json";
+  missing = {"lower.centre_px"};
   for (RigView* view : {&lower, &upper}) {
     auto& [apex_rad, mirror_radius_m, lens_to_tip_m, centre_px, rim_radius_px, azimuth_rad, mirrored, tilt_rad,
            axis_offset_m, distortion, focal_px, principal_px, camera_info] = *view;
@@ -236,6 +239,7 @@ TEST(BeliefAndTruth, OfLandmarksOnlyWhatABodyTouchesReachesTheDrivers) {
   Map map = good_map();
   map.landmarks[0].colour = {0.2, 0.3, 0.9};
   map.landmarks[1].top_m *= 0.5;
+  map.landmarks[1].sigma.x_m += 0.1;
   EXPECT_EQ(all_of(to_robot_settings(good_robot(), map, 77)), before);
 }
 
