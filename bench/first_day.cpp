@@ -206,6 +206,11 @@ const Refusal kRefusals[] = {
          bgr(box & cv::Rect({}, bgr.size())).setTo(cv::Scalar(random() % 256, random() % 256, random() % 256));
        }
      }},
+    {"frozen camera lower", "camera lower repeats one image",
+     [](cv::Mat& bgr, std::size_t camera) {
+       static const cv::Mat first = bgr.clone();
+       if (camera == 0) first.copyTo(bgr);
+     }},
     {"one camera for both", "both cameras show the same mirror", nullptr},
 };
 

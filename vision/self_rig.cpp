@@ -43,6 +43,10 @@ constexpr double kTurnShare = 0.05;
 constexpr double kLeastTurn_rad = 0.03;
 constexpr double kMostAzimuthSigma_rad = 0.15;
 
+// A lens half a millimetre off its mirror's axis moves the rim against the tip by a pixel (f e (1/d - 1/(d + R))). Without
+// a tip nothing shows it.
+constexpr double kUncheckedCentreSigma_px = 1;
+
 double wrap(double rad) { return base::wrap_angle_rad(rad); }
 Complex unit(double rad) { return std::polar(1.0, rad); }
 
@@ -234,15 +238,23 @@ class RigSearch {
   void take_circle(Side camera, const RimMeasurement& rim) {
     SelfView& v = view(camera);
     v.circle = rim;
-    const double rim_sigma = std::hypot(rim.sigma_centre_px, kLeastCentreSigma_px);
     v.centre_px = rim.centre_px;
-    v.sigma_centre_px = rim_sigma;
+    v.sigma_centre_px = std::max(kUncheckedCentreSigma_px, rim.sigma_centre_px);
     if (!v.mirror.tip) return;
-    const double tip_sigma = std::hypot(v.mirror.tip->sigma_px, kLeastCentreSigma_px);
-    const double rim_weight = 1 / (rim_sigma * rim_sigma);
-    const double tip_weight = 1 / (tip_sigma * tip_sigma);
-    v.centre_px = (rim_weight * rim.centre_px + tip_weight * v.mirror.tip->centre_px) / (rim_weight + tip_weight);
-    v.sigma_centre_px = std::max(kLeastCentreSigma_px, 1 / std::sqrt(rim_weight + tip_weight));
+    // Rim and tip are apart by more than their sigmas where the lens is off the mirror's axis. Their difference shows by
+    // how much, and neither is nearer to the truth of the model, which has one centre.
+    const Eigen::Vector2d apart_px = v.mirror.tip->centre_px - rim.centre_px;
+    const auto square = [](double x) { return x * x; };
+    const double own = square(rim.sigma_centre_px) + square(v.mirror.tip->sigma_px);
+    // Noise alone exceeds this quantile, of chi-squared with two degrees of freedom, once in 100.
+    constexpr double kApart = 9.21;
+    const bool is_off_axis = apart_px.squaredNorm() > kApart * own;
+    const double common = is_off_axis ? std::max(0.0, apart_px.squaredNorm() / 2 - own) : 0;
+    const double rim_weight = 1 / (square(rim.sigma_centre_px) + common);
+    const double tip_weight = 1 / (square(v.mirror.tip->sigma_px) + common);
+    v.centre_px += tip_weight / (rim_weight + tip_weight) * apart_px;
+    v.sigma_centre_px =
+        std::max({kLeastCentreSigma_px, apart_px.norm() / 2, 1 / std::sqrt(rim_weight + tip_weight)});
   }
 
   void find_circle(Side camera) {
@@ -353,7 +365,7 @@ class RigSearch {
 
   /// Returns why one camera has nothing to say, or kNothing.
   NotFound reason_of(Side camera) {
-    if (!view(camera).circle) return NotFound::kNoMirror;
+    if (view(camera).is_blind()) return NotFound::kNoMirror;
     return view(camera).landmarks < kLeastLandmarks ? NotFound::kNoLandmarks : NotFound::kNothing;
   }
   NotFound reason_of_both() {

@@ -320,17 +320,34 @@ struct Start {
   vision::CalibrationPriors priors;
 };
 
-/// Looks for the rig in the images. Errors: kBadData, with what to change, where the robot file leaves numbers to the
-/// images and these do not show them.
+/// Returns whether all images of a camera are equal although the robot moved.
+bool is_frozen(const std::vector<vision::SelfRigFrame>& frames, vision::Side camera) {
+  const cv::Mat& first = of_view(frames.front(), camera);
+  const auto is_first = [&](const vision::SelfRigFrame& frame) {
+    return cv::norm(of_view(frame, camera), first, cv::NORM_INF) == 0;
+  };
+  return std::ranges::any_of(frames, [](const auto& frame) { return frame.motion.has_value(); }) &&
+         std::ranges::all_of(frames, is_first);
+}
+
+/// Looks for the rig in the images. Errors: kBadData, with what to change, where a camera gives nothing, and where the
+/// robot file leaves numbers to the images and these do not show them.
 Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot, const Settings& settings) {
   Start start{robot, {}, {}, false, settings.priors};
   if (!settings.start_from_images) return start;
   vision::SelfRigProblem problem = estimation::self_rig_problem(robot, run.map);
   problem.frames = frames_for_search(run);
   if (problem.frames.empty()) return start;  // sight() names the images
+  for (const vision::Side camera : {vision::Side::kLower, vision::Side::kUpper}) {
+    if (!is_frozen(problem.frames, camera)) continue;
+    return Error(ErrorCode::kBadData,
+                 "{}: camera {} repeats one image while the wheels turn: it is frozen; plug it in again, and see "
+                 "twocone doctor",
+                 run.folder.string(), to_string(camera));
+  }
   start.found = vision::find_rig(problem);
   if (start.found->missing() != vision::NotFound::kNothing) {
-    if (robot.rig.missing.empty()) return start;
+    if (robot.rig.missing.empty() && !start.found->is_blind()) return start;
     return Error(ErrorCode::kBadData, "{}: {}", run.folder.string(), estimation::what_to_change(*start.found));
   }
   estimation::SelfRigAnswer answer = estimation::compare_with_file(robot, *start.found, problem);

@@ -219,7 +219,7 @@ std::string what_to_change(const vision::SelfRig& found) {
     return "both cameras show the same mirror: do cameras.lower and cameras.upper name two devices (twocone devices)?";
   }
   for (const std::size_t i : {0, 1}) {
-    if (!found.views[i].circle) return what_to_change(found.views[i].mirror.verdict, kCameraNames[i]);
+    if (found.views[i].is_blind()) return what_to_change(found.views[i].mirror.verdict, kCameraNames[i]);
   }
   for (const std::size_t i : {0, 1}) {
     const vision::SelfView& view = found.views[i];

@@ -206,7 +206,9 @@ TEST(ToRobotSettings, OtherDriversHaveNoWorld) {
 TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
   const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
   Robot robot = good_robot();
-  auto& [lower, upper, separation_m, lens_height_m] = robot.rig;
+  auto& [lower, upper, separation_m, lens_height_m, sigma, missing] = robot.rig;
+  sigma.emplace().centre_px = 7;
+  missing = {"lower.centre_px"};
   separation_m *= 1.7;
   lens_height_m += 0.31;
   for (RigView* view : {&lower, &upper}) {
@@ -307,6 +309,17 @@ TEST(ToRobotSettings, WhatTheDriversRejectIsAFileErrorToo) {
   const std::string message = message_of([&] { to_robot_settings(robot, good_map(), 1); });
   EXPECT_EQ(message.rfind(robot.file.string() + ": ", 0), 0u) << message;
   EXPECT_NE(message.find("width_px is -3"), std::string::npos) << message;
+}
+
+// Catches a command that works with the assumed numbers of a rig that nobody has measured.
+TEST(ToRig, RefusesARigThatIsLeftToTheImages) {
+  Robot robot = good_robot();
+  robot.rig.missing = {"lower.centre_px", "upper.azimuth_rad"};
+  const std::string message = message_of([&] { (void)to_rig(robot); });
+  EXPECT_NE(message.find("rig has no lower.centre_px, upper.azimuth_rad"), std::string::npos) << message;
+  EXPECT_NE(message.find("run --self-rig"), std::string::npos) << message;
+  EXPECT_NE(message.find("calibrate"), std::string::npos) << message;
+  EXPECT_EQ(to_assumed_rig(robot).lower.settings().centre_px, to_rig(good_robot()).lower.settings().centre_px);
 }
 
 TEST(ToRig, HoldsEveryFieldOfBothMirrors) {

@@ -137,11 +137,11 @@ void check_rig(const RigUnderTest& test, Report& report) {
   const vision::SelfRig found = vision::find_rig(problem);
   for (const std::size_t i : {0, 1}) {
     const vision::SelfView& view = found.views[i];
-    if (view.circle) continue;
+    if (!view.is_blind()) continue;
     report.add({kRigPart, "mirror " + kNames[i], to_string(view.mirror.verdict).data(), kFailed,
                 estimation::what_to_change(view.mirror.verdict, kNames[i])});
   }
-  if (found.views[0].circle && found.views[1].circle) {
+  if (!found.views[0].is_blind() && !found.views[1].is_blind()) {
     report.add(judge_cameras(found));
     if (!found.shows_one_mirror && !found.exchanged.value.value_or(false)) {
       report.add(judge_mirrored(found.views[0], kNames[0], test.robot.rig.lower.mirrored));
