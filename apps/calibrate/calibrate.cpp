@@ -122,19 +122,28 @@ struct Sighted {
   std::vector<vision::CalibrationFrame> frames;
   std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
 };
+/// @param landmarks those of `chosen`, with the numbers that were found so far
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+              const std::vector<Landmark>& landmarks, const config::Robot& robot,
               const std::function<void(double)>& progress) {
   Sighted sighted;
   for (const runlog::RunData& run : runs) {
     const drivers::CameraPart& lower_camera = chosen.exchanged ? run.robot.upper : run.robot.lower;
     const drivers::CameraPart& upper_camera = chosen.exchanged ? run.robot.lower : run.robot.upper;
-    const auto targets = config::to_targets(run.map);
+    auto targets = config::to_targets(run.map);
+    const auto of_run = std::ranges::find(chosen.frames, &run, &ChosenFrames::Frame::run);
+    if (of_run == chosen.frames.end()) continue;
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      targets[i].top_m = landmarks[of_run->first_landmark + i].top_m;
+      targets[i].radius_m = landmarks[of_run->first_landmark + i].radius_m;
+    }
+    const vision::BeliefErrors errors = config::to_belief_errors(robot, run.map).vision;
     std::optional<vision::OutlineRanging> ranging;
     try {
       const auto size_of = [](const drivers::CameraPart& camera) {
         return cv::Size(camera.settings.width_px, camera.settings.height_px);
       };
-      ranging.emplace(rig, targets, size_of(lower_camera), size_of(upper_camera));
+      ranging.emplace(rig, targets, size_of(lower_camera), size_of(upper_camera), std::vector<std::size_t>(), errors);
     } catch (const std::invalid_argument& error) {
       throw config::FileError("{}: {}", run.map.file.string(), error.what());
     }
@@ -158,8 +167,8 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
           if (!sighting) return;
           out.sightings.push_back({frame.first_landmark + i, side, *sighting, stamped_s - stamps.t_s});
         };
-        const auto& [lower_t_s, upper_t_s] =
-            chosen.exchanged ? std::pair(stamps.upper_t_s, stamps.lower_t_s) : std::pair(stamps.lower_t_s, stamps.upper_t_s);
+        const auto& [lower_t_s, upper_t_s] = chosen.exchanged ? std::pair(stamps.upper_t_s, stamps.lower_t_s)
+                                                              : std::pair(stamps.lower_t_s, stamps.upper_t_s);
         add(vision::Side::kLower, measurements[i].lower_sighting, lower_t_s);
         add(vision::Side::kUpper, measurements[i].upper_sighting, upper_t_s);
       }
@@ -254,8 +263,11 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
   for (const runlog::RunData& run : runs) all += run.frames.size();
   ChosenFrames chosen;
   for (const runlog::RunData& run : runs) {
-    const std::size_t first_landmark = chosen.landmarks.size();
-    chosen.landmarks.insert(chosen.landmarks.end(), run.map.landmarks.begin(), run.map.landmarks.end());
+    // Runs in one room share its landmarks, which may be elsewhere than their map says.
+    const auto& own = run.map.landmarks;
+    const auto same = std::ranges::search(chosen.landmarks, own);
+    const auto first_landmark = std::size_t(same.begin() - chosen.landmarks.begin());
+    if (same.empty()) chosen.landmarks.insert(chosen.landmarks.end(), own.begin(), own.end());
     const std::size_t available = run.frames.size();
     const std::size_t share = std::size_t(count) * available / std::max<std::size_t>(1, all);
     std::optional<std::size_t> last;
@@ -420,7 +432,9 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                 .after = before,
                 .rig = start.robot.rig,
                 .drive = robot.drive,
-                .slip = wheels.slip};
+                .slip = wheels.slip,
+                .distortion_sigma = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig)).distortion,
+                .has_one_map = chosen.landmarks.size() == runs.front().map.landmarks.size()};
   measure_circles(chosen, before, report.circles);
   problem.lower_rim = report.circles[0].rim;
   problem.upper_rim = report.circles[1].rim;
@@ -429,7 +443,8 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
 
   for (int round = 0; round < kMostRounds; ++round) {
     const auto part = [&](double done) { notify(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
-    Sighted sighted = sight(runs, chosen, report.after, part);
+    const auto& landmarks = report.result.landmarks.empty() ? problem.landmarks : report.result.landmarks;
+    Sighted sighted = sight(runs, chosen, report.after, landmarks, start.robot, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
@@ -453,6 +468,45 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   return report;
 }
 
+vision::CalibrationPriors priors_of(const config::Robot& robot) {
+  vision::CalibrationPriors priors;
+  const auto set = [](double stated, double& prior) {
+    if (stated > 0) prior = stated;
+  };
+  if (const auto& s = robot.rig.sigma) {
+    set(std::max(s->mirror_radius_m, s->lens_to_tip_m), priors.length_m);
+    set(s->mirror_separation_m, priors.mirror_separation_m);
+    set(s->lens_height_m, priors.lens_height_m);
+    set(s->centre_px, priors.centre_px);
+    set(s->rim_radius_px / robot.rig.lower.rim_radius_px, priors.rim_share);
+    set(s->azimuth_rad, priors.azimuth_rad);
+    set(s->tilt_rad, priors.tilt_rad);
+    set(s->axis_offset_m, priors.axis_offset_m);
+    set(s->axis_offset_m, priors.lower_axis_offset_m);
+    set(s->apex_rad, priors.apex_rad);
+    set(s->distortion, priors.distortion);
+  }
+  if (const auto& s = robot.drive.sigma) {
+    set(s->wheel_radius_m / robot.drive.wheel_radius_m, priors.wheel_radius_share);
+    set(s->wheel_ratio, priors.wheel_ratio);
+    set(s->wheel_separation_m, priors.wheel_separation_m);
+  }
+  return priors;
+}
+
+std::vector<Landmark> refined_landmarks(const Report& report) {
+  std::vector<Landmark> refined = report.result.landmarks;
+  const auto is_exact = [](const Landmark& l) { return l.sigma == LandmarkSigma{}; };
+  if (!report.has_one_map || std::ranges::all_of(refined, is_exact)) return {};
+  for (std::size_t i = 0; i < refined.size(); ++i) {
+    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
+    const Eigen::Vector4d sigma =
+        report.result.belief_covariance.diagonal().segment<vision::kLandmarkNumbers>(at).cwiseMax(0).cwiseSqrt();
+    refined[i].sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop], sigma[vision::kRadius]};
+  }
+  return refined;
+}
+
 void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report) {
   report.result = result;
   report.after = *result.rig;
@@ -462,6 +516,8 @@ void take(const vision::CalibrationResult& result, const config::Robot& robot, R
   report.rig.mirror_separation_m = report.after.mirror_separation_m();
   report.drive.wheel_radius_m = result.wheels->radius_m;
   report.drive.wheel_separation_m = result.wheels->separation_m;
+  report.rig.sigma.reset();
+  report.drive.sigma.reset();
 }
 
 }  // namespace twocone::calibrate

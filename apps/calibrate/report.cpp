@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate/calibrate.h"
+#include "apps/config/calibration_file.h"
 #include "apps/runlog/version.h"
+#include "vision/uncertain_rig.h"
 
 namespace twocone::calibrate {
 namespace {
@@ -175,6 +177,47 @@ std::string table(const Report& report) {
   return text;
 }
 
+namespace {
+
+/// Returns the numbers that are believed after the calibration with their joint covariance, as config::Calibration.
+nlohmann::ordered_json belief_of(const Report& report) {
+  config::Map map;
+  map.landmarks = report.result.landmarks;
+  const Eigen::Index count = report.result.belief_covariance.rows();
+  Eigen::MatrixXd covariance = report.result.belief_covariance;
+  // What the calibration did not look for keeps its own uncertainty.
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    for (const int number : {vision::kK1, vision::kK2}) {
+      double& variance = covariance(vision::rig_number(side, number), vision::rig_number(side, number));
+      if (variance == 0) variance = report.distortion_sigma * report.distortion_sigma;
+    }
+  }
+  // A robot file has one radius for both wheels, so that a ratio other than 1 is an error of it.
+  const Eigen::Index ratio = count - 2;
+  const auto& parameters = report.result.parameters;
+  const auto found = std::ranges::find(parameters, "wheel_ratio", &vision::CalibratedParameter::name);
+  const double off = found == parameters.end() ? 0 : found->after - 1;
+  const double variance = covariance(ratio, ratio) + off * off;
+  covariance.row(ratio).setZero();
+  covariance.col(ratio).setZero();
+  covariance(ratio, ratio) = variance;
+
+  const std::vector<std::string> names = config::belief_names(map);
+  const Eigen::VectorXd rig = vision::numbers_of(report.after);
+  std::vector<double> values(rig.begin(), rig.end());
+  for (const Landmark& l : report.result.landmarks) {
+    values.insert(values.end(), {l.x_m, l.y_m, l.top_m, l.radius_m});
+  }
+  values.insert(values.end(), {report.drive.wheel_radius_m, 1.0, report.drive.wheel_separation_m});
+  nlohmann::ordered_json belief{{"names", names}, {"values", values}};
+  for (const auto& row : covariance.rowwise()) {
+    belief["covariance"].push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return belief;
+}
+
+}  // namespace
+
 std::string to_json(const Report& report) {
   using Json = nlohmann::ordered_json;
   const vision::CalibrationResult& r = report.result;
@@ -229,6 +272,7 @@ std::string to_json(const Report& report) {
                                   {"observed", p.observed},
                                   {"derived", p.derived}});
   }
+  if (report.has_one_map) json["belief"] = belief_of(report);
   return json.dump(2) + "\n";
 }
 

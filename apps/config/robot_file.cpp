@@ -261,7 +261,7 @@ YAML::Node load_robot_node(const Robot& robot) {
   YAML::Node node = load_changed(robot.file, robot.changes);
   const Robot read = parse_changed(node, robot.file, robot.changes);
   node["map"] = std::filesystem::absolute(read.map).string();
-  make_camera_infos_absolute(node, robot.file);
+  make_rig_paths_absolute(node, robot.file);
   set_estimator(node, robot.estimator);
   return node;
 }

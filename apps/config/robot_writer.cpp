@@ -60,11 +60,7 @@ YAML::Node view_of(const Rig& rig, std::string_view mirror, const std::string& i
 std::string moved(const std::filesystem::path& written, const std::filesystem::path& original,
                   const std::filesystem::path& new_file) {
   if (written.is_absolute()) return written.string();
-  const std::filesystem::path target = std::filesystem::absolute(resolve(written, original));
-  const std::filesystem::path folder = std::filesystem::absolute(new_file).parent_path();
-  std::error_code none_there;
-  const std::filesystem::path relative = std::filesystem::relative(target, folder, none_there);
-  return none_there || relative.empty() ? target.string() : relative.string();
+  return relative_to(new_file, std::filesystem::absolute(resolve(written, original)));
 }
 
 /// Returns the `camera_info` of a mirror as it is written in `original`.
@@ -125,14 +121,13 @@ void part_cameras(YAML::Node& cameras, const std::vector<drivers::OtherCamera>& 
   }
 }
 
-/// Returns `line` as comments. A line break inside it must not end the comment.
+}  // namespace
+
 std::string commented(std::string line) {
   boost::replace_all(line, "\r", "\n");
   boost::replace_all(line, "\n", "\n# ");
   return (line.empty() ? "#" : "# ") + line + '\n';
 }
-
-}  // namespace
 
 std::vector<KeyChange> exchange_cameras(const Robot& robot) {
   const YAML::Node node = with_changes(with_present_names(load_yaml(robot.file)), robot.changes);
@@ -162,8 +157,13 @@ std::string robot_text(const std::filesystem::path& file, const std::filesystem:
   };
   node["rig"] =
       rig_of(changed.rig, info("lower", &Rig::lower, &Robot::lower), info("upper", &Rig::upper, &Robot::upper));
+  if (!changed.rig.calibration.empty()) {
+    node["rig"]["calibration"] = relative_to(new_file, std::filesystem::absolute(changed.rig.calibration));
+  }
+  if (changed.map != robot.map) node["map"] = relative_to(new_file, std::filesystem::absolute(changed.map));
   node["drive"]["wheel_separation_m"] = text_of(changed.drive.wheel_separation_m);
   node["drive"]["wheel_radius_m"] = text_of(changed.drive.wheel_radius_m);
+  node["drive"].remove("sigma");
   if (changed.drive.sigma) node["drive"]["sigma"] = sigma_of(*changed.drive.sigma);
   YAML::Node cameras = node["cameras"];
   part_cameras(cameras, robot.others);

@@ -23,9 +23,21 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   wanted.scene_paths = {file.parent_path(), file.parent_path() / "parts", "/usr/share/doc/povray/examples"};
   wanted.unit_m = 0.04;
   wanted.bounds = {.min_x_m = -2.1, .max_x_m = 3.3, .min_y_m = -1.7, .max_y_m = 2.9};
-  wanted.landmarks = {
-      {.name = "red", .colour = {0.9, 0.1, 0.05}, .x_m = -1.9, .y_m = 0.7, .radius_m = 0.08, .top_m = 0.95},
-      {.name = "green", .colour = {0, 1, 0}, .x_m = 2.3, .y_m = -1.1, .radius_m = 0.11, .top_m = 1.05}};
+  wanted.landmarks = {{.name = "red",
+                       .colour = {0.9, 0.1, 0.05},
+                       .x_m = -1.9,
+                       .y_m = 0.7,
+                       .radius_m = 0.08,
+                       .top_m = 0.95,
+                       .sigma = {.x_m = 0.004, .y_m = 0.006, .top_m = 0.002, .radius_m = 0.0005}},
+                      {.name = "green",
+                       .colour = {0, 1, 0},
+                       .x_m = 2.3,
+                       .y_m = -1.1,
+                       .radius_m = 0.11,
+                       .top_m = 1.05,
+                       .sigma = kTapeSigma}};
+  wanted.without_sigma = {"green"};
   wanted.obstacles = {Polygon{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}, Disc{{1.2, -0.8}, 0.25}};
   wanted.moving = moving_in_good_map();
   wanted.effects = {.shadows = false, .photons = false, .reflection_depth = 3};
@@ -36,6 +48,7 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   EXPECT_EQ(map.unit_m, wanted.unit_m);
   EXPECT_EQ(map.bounds, wanted.bounds);
   EXPECT_EQ(map.landmarks, wanted.landmarks);
+  EXPECT_EQ(map.without_sigma, wanted.without_sigma);
   EXPECT_EQ(map.obstacles, wanted.obstacles);
   EXPECT_EQ(map.moving, wanted.moving);
   EXPECT_EQ(map.effects, wanted.effects);

@@ -236,6 +236,11 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig) {
     }
   }
   rig.sigma = read_sigma<RigSigma>(*section, kRigSigmaKeys, ruler_sigma(rig));
+  std::string calibration;
+  section->text("calibration", "the covariance that `twocone calibrate` wrote", calibration, Need::kOptional);
+  if (calibration.empty()) return;
+  rig.calibration = resolve(calibration, file);
+  if (rig.sigma) section->complain("sigma", kNoUnit, "absent beside calibration");
 }
 
 void read_wheel_sigma(Section& drive_section, Drive& drive) {
@@ -264,12 +269,13 @@ WheelSigma ruler_sigma(const Drive& drive) {
   return {.wheel_radius_m = 0.03 * drive.wheel_radius_m, .wheel_separation_m = 0.005, .wheel_ratio = 0.01};
 }
 
-void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file) {
+void make_rig_paths_absolute(YAML::Node& robot, const std::filesystem::path& file) {
   const auto make_absolute = [&](YAML::Node path) {
     if (path) path = std::filesystem::absolute(resolve(path.as<std::string>(), file)).string();
   };
   YAML::Node rig = robot["rig"];
   make_absolute(rig["camera_info"]);
+  make_absolute(rig["calibration"]);
   for (const char* const mirror : {"lower", "upper"}) {
     if (rig[mirror]) make_absolute(rig[mirror]["camera_info"]);
   }
