@@ -47,7 +47,8 @@ struct SelfRigFrame {
 
 struct SelfRigProblem {
   Rig rig;  ///< believed: sizes, heights and lenses are used, all else only where nothing is found
-  /// Whether the believed centres and radii of the rims may serve where no rim is found. False: the robot file has none.
+  /// Whether the believed centres and radii of the rims may serve where no rim is found. False: the robot file has
+  /// none.
   bool has_believed_circles = true;
   std::vector<Landmark> landmarks;
   std::vector<SelfRigFrame> frames;  ///< at least one; some thirty of a drive are enough

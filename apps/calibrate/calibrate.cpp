@@ -81,6 +81,7 @@ constexpr double kSearchTurn_rad = 0.5;
 // Priors of a start that the images gave. The image of the tip is some pixels off where the lens distorts or is off the
 // mirror's axis.
 constexpr double kFoundCentrePrior_px = 5;
+constexpr double kFoundRimPrior = 0.02;
 constexpr double kFoundAzimuthSigmas = 3;
 
 std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
@@ -372,9 +373,9 @@ Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot,
     return std::ranges::count_if(start.replaced, [&](const auto& r) { return r.key.ends_with(key); });
   };
   const bool are_believed = start.found->views[0].is_circle_believed || start.found->views[1].is_circle_believed;
-  if (count("centre_px") == 2 && !are_believed) {
-    start.priors.centre_px = std::min(start.priors.centre_px, kFoundCentrePrior_px);
-  }
+  if (count("centre_px") == 2 && !are_believed) start.priors.centre_px = kFoundCentrePrior_px;
+  if (count("centre_px") == 1) start.priors.centre_px = std::max(start.priors.centre_px, kFoundCentrePrior_px);
+  if (count("rim_radius_px") > 0) start.priors.rim_share = std::max(start.priors.rim_share, kFoundRimPrior);
   if (count("azimuth_rad") > 0) {
     start.priors.azimuth_rad =
         std::max({start.priors.azimuth_rad, kFoundAzimuthSigmas * start.found->relative_azimuth.sigma_rad,

@@ -170,9 +170,9 @@ TEST(RobotFile, NamesWhatAMirrorLacks) {
             "mirrors or in lower and in upper, metres");
   EXPECT_EQ(message_of([] { parsed_robot(with(good_robot_text(), "  mirror_radius_m: 0.061\n", "")); }),
             "robot.yaml:22: rig.lower.mirror_radius_m is missing: radius R of the mirror's rim, metres");
-  const std::string no_lower = with(
-      good_robot_text(),
-      "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", "");
+  const std::string no_lower =
+      with(good_robot_text(),
+           "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", "");
   EXPECT_EQ(message_of([&] { parsed_robot(with(no_lower, "  mirror_radius_m: 0.061\n", "")); }),
             "robot.yaml:17: rig.lower is missing: the lower mirror, with its mirror_radius_m");
 }
@@ -181,14 +181,14 @@ TEST(RobotFile, NamesWhatAMirrorLacks) {
 TEST(RobotFile, MayLeaveToTheImagesWhatTheyShow) {
   const Robot whole = parsed_robot(good_robot_text());
   EXPECT_TRUE(whole.rig.missing.empty());
-  const Robot no_lower = parsed_robot(with(
-      good_robot_text(),
-      "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", ""));
+  const Robot no_lower = parsed_robot(
+      with(good_robot_text(),
+           "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", ""));
   EXPECT_EQ(no_lower.rig.missing,
             (std::vector<std::string>{"lower.centre_px", "lower.rim_radius_px", "lower.azimuth_rad"}));
   // The middle of the image, and a radius that a mirror in it may have: the start of a search.
-  EXPECT_EQ(no_lower.rig.lower.centre_px, (std::array{(no_lower.lower.settings.width_px - 1) / 2.0,
-                                                      (no_lower.lower.settings.height_px - 1) / 2.0}));
+  EXPECT_EQ(no_lower.rig.lower.centre_px,
+            (std::array{(no_lower.lower.settings.width_px - 1) / 2.0, (no_lower.lower.settings.height_px - 1) / 2.0}));
   EXPECT_GT(no_lower.rig.lower.rim_radius_px, 0);
   EXPECT_EQ(no_lower.rig.upper, whole.rig.upper);
   const Robot no_azimuth = parsed_robot(with(good_robot_text(), "    azimuth_rad: 0.021\n", ""));

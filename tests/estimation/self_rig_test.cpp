@@ -149,9 +149,13 @@ TEST(SelfRig, EachCauseNamesWhatToChange) {
                 found.views[0].mirrored = {{}, 0, NotFound::kNoLandmarks};
               }),
               HasSubstr("camera lower sees the colours of 1 of"));
-  EXPECT_THAT(said([](vision::SelfRig& found) { found.views[1].mirrored = {{}, 0, NotFound::kNotTheMap}; }),
+  EXPECT_THAT(said([](vision::SelfRig& found) {
+                found.views[1].mirrored = {{}, 0, NotFound::kNotTheMap};
+              }),
               HasSubstr("do not stand as the map says"));
-  EXPECT_THAT(said([](vision::SelfRig& found) { found.views[1].mirrored = {{}, 0, NotFound::kUndecided}; }),
+  EXPECT_THAT(said([](vision::SelfRig& found) {
+                found.views[1].mirrored = {{}, 0, NotFound::kUndecided};
+              }),
               HasSubstr("whether they are mirrored"));
 }
 
