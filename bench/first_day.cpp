@@ -3,9 +3,9 @@
 // first_day_bench RUN... : calibrates robots whose `rig:` is wrong, from the images of ideal runs.
 //
 // Each case takes one of the runs, changes its images (mirrored, moved in the image, cameras exchanged) and the robot
-// file's rig (centres up to 40 px off, azimuths up to 30 degrees, or any angle where the rig is absent, rims up to 20 %)
-// by a seed of its own, calibrates, and compares the result with the rig that the changed images have. A case counts as
-// found only within the limits below. Refusals follow: each must name what to change.
+// file's rig (centres up to 40 px off, azimuths up to 30 degrees, or any angle where the rig is absent, rims up to 20
+// %) by a seed of its own, calibrates, and compares the result with the rig that the changed images have. A case counts
+// as found only within the limits below. Refusals follow: each must name what to change.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -41,16 +41,16 @@ constexpr double kAzimuth_rad = 0.0175;          // a degree: from the wheels, w
 constexpr double kResidual_px = 1;
 
 enum class Kind { kCentre, kAzimuth, kRadius, kMirrored, kExchanged, kAbsent, kAll };
-constexpr std::array<const char*, 7> kKinds{"40 px",     "30 degrees", "20 %",           "mirrored",
+constexpr std::array<const char*, 7> kKinds{"40 px",     "30 degrees", "20 %",        "mirrored",
                                             "exchanged", "absent",     "all of these"};
 
 /// A case: what is done to the images, and the rig that they then have.
 struct Case {
   Kind kind = Kind::kAll;
-  std::array<bool, 2> flipped{};                   ///< by the camera's folder, as the next
+  std::array<bool, 2> flipped{};  ///< by the camera's folder, as the next
   std::array<std::array<int, 2>, 2> moved_px{};
   bool exchanged = false;
-  config::Rig truth;     ///< of the mirrors
+  config::Rig truth;    ///< of the mirrors
   config::Robot robot;  ///< believes something else
 };
 
@@ -70,13 +70,14 @@ Case case_of(const runlog::RunData& run, Kind kind, std::uint64_t seed) {
   c.truth = run.robot.rig;
   if (is(Kind::kMirrored)) {
     const double which = uniform(random);  // both, or one
-    c.flipped = {which < 0.33, which > -0.33};
+    c.flipped = {which<0.33, which> - 0.33};
   }
   const std::array<config::RigView*, 2> views{&c.truth.lower, &c.truth.upper};
   for (const std::size_t i : {0, 1}) {
     if (c.flipped[i]) flip(*views[i], run.robot.lower.settings.width_px);
     // With all of these, the image itself moves, so that a part of the rim is outside.
-    if (kind == Kind::kAll) c.moved_px[i] = {int(std::lround(40 * uniform(random))), int(std::lround(40 * uniform(random)))};
+    if (kind == Kind::kAll)
+      c.moved_px[i] = {int(std::lround(40 * uniform(random))), int(std::lround(40 * uniform(random)))};
     for (const std::size_t axis : {0, 1}) views[i]->centre_px[axis] += c.moved_px[i][axis];
   }
   config::Rig& believed = c.robot.rig;
@@ -98,7 +99,8 @@ Case case_of(const runlog::RunData& run, Kind kind, std::uint64_t seed) {
       }
     }
     for (config::RigView* view : {&believed.lower, &believed.upper}) {
-      *view = {.apex_rad = view->apex_rad, .mirror_radius_m = view->mirror_radius_m, .lens_to_tip_m = view->lens_to_tip_m};
+      *view = {
+          .apex_rad = view->apex_rad, .mirror_radius_m = view->mirror_radius_m, .lens_to_tip_m = view->lens_to_tip_m};
       view->centre_px = {(run.robot.lower.settings.width_px - 1) / 2.0, (run.robot.lower.settings.height_px - 1) / 2.0};
       view->rim_radius_px = 0.4 * run.robot.lower.settings.height_px;
     }
@@ -154,7 +156,8 @@ Outcome outcome_of(const runlog::RunData& run, const Case& c, int frames) {
   const auto fails = [&](const std::string& why) { outcome.why += (outcome.why.empty() ? "" : "; ") + why; };
   for (const auto& [name, seen, truth] :
        {std::tuple{"lower", &rig.lower, &c.truth.lower}, {"upper", &rig.upper, &c.truth.upper}}) {
-    const double centre_px = std::hypot(seen->centre_px[0] - truth->centre_px[0], seen->centre_px[1] - truth->centre_px[1]);
+    const double centre_px =
+        std::hypot(seen->centre_px[0] - truth->centre_px[0], seen->centre_px[1] - truth->centre_px[1]);
     const double radius_px = std::abs(seen->rim_radius_px - truth->rim_radius_px);
     outcome.centre_px = std::max(outcome.centre_px, centre_px);
     outcome.radius_px = std::max(outcome.radius_px, radius_px);
@@ -169,7 +172,8 @@ Outcome outcome_of(const runlog::RunData& run, const Case& c, int frames) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   outcome.relative_deg = relative_rad * kDegrees;
   outcome.azimuth_deg = azimuth_rad * kDegrees;
-  if (!(relative_rad <= kRelativeAzimuth_rad)) fails(fmt::format("relative azimuth {:.2f} degrees off", outcome.relative_deg));
+  if (!(relative_rad <= kRelativeAzimuth_rad))
+    fails(fmt::format("relative azimuth {:.2f} degrees off", outcome.relative_deg));
   if (!(azimuth_rad <= kAzimuth_rad)) fails(fmt::format("azimuth {:.2f} degrees off", outcome.azimuth_deg));
   if (report->exchanged != c.exchanged) fails(fmt::format("exchanged is {}", report->exchanged));
   for (const double rms_px : report->result.rms_after_px) {
@@ -206,6 +210,11 @@ const Refusal kRefusals[] = {
          bgr(box & cv::Rect({}, bgr.size())).setTo(cv::Scalar(random() % 256, random() % 256, random() % 256));
        }
      }},
+    {"frozen camera lower", "camera lower repeats one image",
+     [](cv::Mat& bgr, std::size_t camera) {
+       static const cv::Mat first = bgr.clone();
+       if (camera == 0) first.copyTo(bgr);
+     }},
     {"one camera for both", "both cameras show the same mirror", nullptr},
 };
 
@@ -222,16 +231,18 @@ int bench(const std::vector<fs::path>& folders, int cases, int frames, const fs:
     const fs::path folder = work / "case";
     const Outcome outcome = outcome_of(changed_run(run, c, folder), c, frames);
     fs::remove_all(folder);
-    fmt::print("case {:2} {:14} {:10} {} centre {:.3f} px, rim {:.3f} px, azimuths {:.3f} and {:.3f} degrees, {:.1f} s{}\n",
-               i + 1, kKinds[std::size_t(kind)], run.robot.name, outcome.found ? "found " : "MISSED", outcome.centre_px,
-               outcome.radius_px, outcome.relative_deg, outcome.azimuth_deg, outcome.seconds,
-               outcome.found ? "" : ": " + outcome.why);
+    fmt::print(
+        "case {:2} {:14} {:10} {} centre {:.3f} px, rim {:.3f} px, azimuths {:.3f} and {:.3f} degrees, {:.1f} s{}\n",
+        i + 1, kKinds[std::size_t(kind)], run.robot.name, outcome.found ? "found " : "MISSED", outcome.centre_px,
+        outcome.radius_px, outcome.relative_deg, outcome.azimuth_deg, outcome.seconds,
+        outcome.found ? "" : ": " + outcome.why);
     std::fflush(stdout);
     auto& [found, all] = by_kind[kind];
     found += outcome.found ? 1 : 0;
     ++all;
     failed += outcome.found ? 0 : 1;
-    const std::array now{outcome.centre_px, outcome.radius_px, outcome.relative_deg, outcome.azimuth_deg, outcome.seconds};
+    const std::array now{outcome.centre_px, outcome.radius_px, outcome.relative_deg, outcome.azimuth_deg,
+                         outcome.seconds};
     for (std::size_t k = 0; k < worst.size(); ++k) worst[k] = std::max(worst[k], now[k]);
   }
   int refused = 0;
@@ -262,9 +273,10 @@ int bench(const std::vector<fs::path>& folders, int cases, int frames, const fs:
   for (const auto& [kind, counts] : by_kind) {
     fmt::print("{}: {} of {} found\n", kKinds[std::size_t(kind)], counts.first, counts.second);
   }
-  fmt::print("all: {} of {} found; worst centre {:.3f} px, rim {:.3f} px, relative azimuth {:.3f} degrees, azimuth {:.3f} "
-             "degrees, {:.1f} s\n",
-             cases - failed, cases, worst[0], worst[1], worst[2], worst[3], worst[4]);
+  fmt::print(
+      "all: {} of {} found; worst centre {:.3f} px, rim {:.3f} px, relative azimuth {:.3f} degrees, azimuth {:.3f} "
+      "degrees, {:.1f} s\n",
+      cases - failed, cases, worst[0], worst[1], worst[2], worst[3], worst[4]);
   fmt::print("refusals: {} of {} right\n", refused, std::size(kRefusals));
   return failed == 0 && refused == int(std::size(kRefusals)) ? 0 : 1;
 }

@@ -120,7 +120,8 @@ std::vector<ReducedEdge> lasting_edges(const std::vector<cv::Mat>& reduced) {
       // The neighbour across the edge, to either side. On a plateau one side may be equal.
       const int to_x = static_cast<int>(std::lround(x));
       const int to_y = static_cast<int>(std::lround(y));
-      if (strength.at<float>(row + to_y, column + to_x) > here || strength.at<float>(row - to_y, column - to_x) > here) {
+      if (strength.at<float>(row + to_y, column + to_x) > here ||
+          strength.at<float>(row - to_y, column - to_x) > here) {
         continue;
       }
       edges.push_back({static_cast<float>(column), static_cast<float>(row), x, y, std::min(1.0F, here)});
@@ -333,9 +334,8 @@ MirrorSearch find_mirror(std::span<const cv::Mat> images) {
   const cv::Size fine_size = less_reduced.front().size();
   const double scale = double(full.width) / fine_size.width;
   const auto add = [&](const ReducedCircle& fine, double upright_share) {
-    const RimCircle expected{{(fine.x + 0.5) * scale - 0.5, (fine.y + 0.5) * scale - 0.5},
-                             fine.radius * scale,
-                             fine.support};
+    const RimCircle expected{
+        {(fine.x + 0.5) * scale - 0.5, (fine.y + 0.5) * scale - 0.5}, fine.radius * scale, fine.support};
     auto rim = located(median, expected, kSearchFine_px * scale);
     if (!rim) rim = located(chosen.front(), expected, kSearchFine_px * scale);
     if (!rim) return;
@@ -347,7 +347,8 @@ MirrorSearch find_mirror(std::span<const cv::Mat> images) {
   };
   for (const ReducedCircle& circle : best_circles(edges, size)) {
     const double upright_share = upright_share_of(reduced, circle);
-    for (const ReducedCircle& fine : fine_circles(fine_edges, fine_size, circle, double(fine_size.width) / size.width)) {
+    for (const ReducedCircle& fine :
+         fine_circles(fine_edges, fine_size, circle, double(fine_size.width) / size.width)) {
       add(fine, upright_share);
     }
   }

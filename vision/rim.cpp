@@ -49,7 +49,8 @@ Profile profile_along(const cv::Mat& grey, const RimSearch& where, const Eigen::
   std::vector<double> profile;
   // Samples behind the search show whether an image that gets dark at the very end of the search stays dark.
   for (std::size_t i = 0; i < search + 2 * kSpread; ++i) {
-    const Eigen::Vector2d p = about.centre_px + out * (about.radius_px * (1 - where.share) + double(i) / kSamplesPerPixel);
+    const Eigen::Vector2d p =
+        about.centre_px + out * (about.radius_px * (1 - where.share) + double(i) / kSamplesPerPixel);
     const auto brightness = bilinear<std::uint8_t>(grey, p);
     if (!brightness) break;
     profile.push_back(*brightness);
@@ -231,7 +232,8 @@ std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected,
 }
 
 bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected) {
-  return are_enough(strongest_edges(checked_grey(rgb, expected, kRimSearch), {expected, kRimSearch}, Edges::kLit, kClearStep));
+  return are_enough(
+      strongest_edges(checked_grey(rgb, expected, kRimSearch), {expected, kRimSearch}, Edges::kLit, kClearStep));
 }
 
 cv::Mat median_image(std::span<const cv::Mat> images) {

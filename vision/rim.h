@@ -20,10 +20,10 @@ struct RimCircle {
 /// The share of the expected radius within which a rim is searched, to either side.
 constexpr double kRimSearch = 0.2;
 
-/// Searches for the rim within `search_share` of `expected`'s radius about it: finds the strongest step of brightness along
-/// each of 360 directions, then the circle that fits most of those edges (least squares, with less weight the farther
-/// an edge is from the circle). Returns nothing where no circle agrees with more than a third of the directions (an
-/// even background, an image without mirror).
+/// Searches for the rim within `search_share` of `expected`'s radius about it: finds the strongest step of brightness
+/// along each of 360 directions, then the circle that fits most of those edges (least squares, with less weight the
+/// farther an edge is from the circle). Returns nothing where no circle agrees with more than a third of the directions
+/// (an even background, an image without mirror).
 ///
 /// Edges at which the image gets dark and stays dark to the end of the search count only where the others make no
 /// circle. An image may hold only the mirror and its nearest surroundings, and the end of these is not the rim; but a

@@ -43,6 +43,10 @@ constexpr double kTurnShare = 0.05;
 constexpr double kLeastTurn_rad = 0.03;
 constexpr double kMostAzimuthSigma_rad = 0.15;
 
+// A lens half a millimetre off its mirror's axis moves the rim against the tip by a pixel (f e (1/d - 1/(d + R))).
+// Without a tip nothing shows it.
+constexpr double kUncheckedCentreSigma_px = 1;
+
 double wrap(double rad) { return base::wrap_angle_rad(rad); }
 Complex unit(double rad) { return std::polar(1.0, rad); }
 
@@ -234,15 +238,22 @@ class RigSearch {
   void take_circle(Side camera, const RimMeasurement& rim) {
     SelfView& v = view(camera);
     v.circle = rim;
-    const double rim_sigma = std::hypot(rim.sigma_centre_px, kLeastCentreSigma_px);
     v.centre_px = rim.centre_px;
-    v.sigma_centre_px = rim_sigma;
+    v.sigma_centre_px = std::max(kUncheckedCentreSigma_px, rim.sigma_centre_px);
     if (!v.mirror.tip) return;
-    const double tip_sigma = std::hypot(v.mirror.tip->sigma_px, kLeastCentreSigma_px);
-    const double rim_weight = 1 / (rim_sigma * rim_sigma);
-    const double tip_weight = 1 / (tip_sigma * tip_sigma);
-    v.centre_px = (rim_weight * rim.centre_px + tip_weight * v.mirror.tip->centre_px) / (rim_weight + tip_weight);
-    v.sigma_centre_px = std::max(kLeastCentreSigma_px, 1 / std::sqrt(rim_weight + tip_weight));
+    // Rim and tip are apart by more than their sigmas where the lens is off the mirror's axis. Their difference shows
+    // by how much, and neither is nearer to the truth of the model, which has one centre.
+    const Eigen::Vector2d apart_px = v.mirror.tip->centre_px - rim.centre_px;
+    const auto square = [](double x) { return x * x; };
+    const double own = square(rim.sigma_centre_px) + square(v.mirror.tip->sigma_px);
+    // Noise alone exceeds this quantile, of chi-squared with two degrees of freedom, once in 100.
+    constexpr double kApart = 9.21;
+    const bool is_off_axis = apart_px.squaredNorm() > kApart * own;
+    const double common = is_off_axis ? std::max(0.0, apart_px.squaredNorm() / 2 - own) : 0;
+    const double rim_weight = 1 / (square(rim.sigma_centre_px) + common);
+    const double tip_weight = 1 / (square(v.mirror.tip->sigma_px) + common);
+    v.centre_px += tip_weight / (rim_weight + tip_weight) * apart_px;
+    v.sigma_centre_px = std::max({kLeastCentreSigma_px, apart_px.norm() / 2, 1 / std::sqrt(rim_weight + tip_weight)});
   }
 
   void find_circle(Side camera) {
@@ -297,9 +308,8 @@ class RigSearch {
     const double scatter = 1.4826 * base::median(std::move(off));
     result.range_scale = std::exp(-median);
     result.sigma_range_scale =
-        result.range_scale *
-        std::max(kFoundRadiusShare,
-                 std::max(scatter, logs.size() < 3 ? kLogRangeSigma : 0.0) / std::sqrt(std::min(kShared, double(logs.size()))));
+        result.range_scale * std::max(kFoundRadiusShare, std::max(scatter, logs.size() < 3 ? kLogRangeSigma : 0.0) /
+                                                             std::sqrt(std::min(kShared, double(logs.size()))));
     return result;
   }
 
@@ -353,7 +363,7 @@ class RigSearch {
 
   /// Returns why one camera has nothing to say, or kNothing.
   NotFound reason_of(Side camera) {
-    if (!view(camera).circle) return NotFound::kNoMirror;
+    if (view(camera).is_blind()) return NotFound::kNoMirror;
     return view(camera).landmarks < kLeastLandmarks ? NotFound::kNoLandmarks : NotFound::kNothing;
   }
   NotFound reason_of_both() {
@@ -393,7 +403,8 @@ class RigSearch {
     std::vector<double> off;
     for (const double value : logs) off.push_back(std::abs(value - median));
     const auto radius_share = [&](Side camera) {
-      return view(camera).is_circle_believed && view(camera).range_scale <= 0 ? kBelievedRadiusShare : kFoundRadiusShare;
+      return view(camera).is_circle_believed && view(camera).range_scale <= 0 ? kBelievedRadiusShare
+                                                                              : kFoundRadiusShare;
     };
     const double scatter = std::max(1.4826 * base::median(std::move(off)), 0.02);
     const double sigma = std::hypot(scatter / std::sqrt(double(logs.size())),
@@ -452,8 +463,7 @@ class RigSearch {
       int count = 0;
       for (const ColourSighting& now : sightings(camera)[f]) {
         if (!is_first(sightings(camera)[f], now)) continue;
-        const auto before =
-            std::ranges::find(sightings(camera)[f - 1], now.landmark, &ColourSighting::landmark);
+        const auto before = std::ranges::find(sightings(camera)[f - 1], now.landmark, &ColourSighting::landmark);
         if (before == sightings(camera)[f - 1].end()) continue;
         sum += unit(now.angle_rad - before->angle_rad);
         ++count;
@@ -559,8 +569,8 @@ class RigSearch {
       if (std::abs(by_wheels) < kPositionSigma_m || std::abs(over_map) < kPositionSigma_m) continue;
       // The image's x axis has the bearing `azimuth`, so that by_wheels = over_map turned by it.
       directions.push_back(by_wheels / over_map);
-      const double sigma = std::hypot(std::sqrt(2.0) * kPositionSigma_m / std::abs(by_wheels),
-                                      kTurnShare * motion->heading_rad);
+      const double sigma =
+          std::hypot(std::sqrt(2.0) * kPositionSigma_m / std::abs(by_wheels), kTurnShare * motion->heading_rad);
       weights.push_back(1 / (sigma * sigma));
     }
     azimuth.reason = NotFound::kNoMotion;

@@ -47,7 +47,8 @@ struct SelfRigFrame {
 
 struct SelfRigProblem {
   Rig rig;  ///< believed: sizes, heights and lenses are used, all else only where nothing is found
-  /// Whether the believed centres and radii of the rims may serve where no rim is found. False: the robot file has none.
+  /// Whether the believed centres and radii of the rims may serve where no rim is found. False: the robot file has
+  /// none.
   bool has_believed_circles = true;
   std::vector<Landmark> landmarks;
   std::vector<SelfRigFrame> frames;  ///< at least one; some thirty of a drive are enough
@@ -84,7 +85,8 @@ struct SelfView {
   /// The circle with which the landmarks were sought; from the images, or believed. Empty: there is none.
   std::optional<RimMeasurement> circle{};
   bool is_circle_believed = false;  ///< no rim was found: the circle is that of the rig, or its radius from landmarks
-  /// Position of the tip: the mean of rim and upright edges by their sigmas, but not below kLeastCentreSigma_px.
+  /// Position of the tip: the mean of rim and upright edges by their sigmas and by how far they are apart. Sigma is at
+  /// least kLeastCentreSigma_px and half of that distance.
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double sigma_centre_px = 0;
   Decision mirrored{};
@@ -93,6 +95,9 @@ struct SelfView {
   /// Radius of the rim that the landmarks' ranges need, over that of `circle`, with its sigma; 0: not known.
   double range_scale = 0;
   double sigma_range_scale = 0;
+
+  /// Returns whether these images give nothing: no mirror was found, and no landmarks where the rig believes it to be.
+  [[nodiscard]] bool is_blind() const { return !circle || (is_circle_believed && landmarks < 3); }
 };
 
 /// Everything that was found, in the order in which it was found.
@@ -103,6 +108,9 @@ struct SelfRig {
   FoundAngle relative_azimuth;    ///< of the upper mirror's camera minus that of the lower mirror's, (-pi, pi]
   FoundAngle azimuth;             ///< of the lower mirror's camera
 
+  /// Returns whether one camera gives nothing, or nothing that the other does not give: no rig can be found, and a
+  /// believed one cannot be used.
+  [[nodiscard]] bool is_blind() const { return shows_one_mirror || views[0].is_blind() || views[1].is_blind(); }
   /// The first reason for which a rig cannot be made, or kNothing. A missing `azimuth` is none: the lower view's
   /// azimuth only fixes which way the body calls forward.
   [[nodiscard]] NotFound missing() const;
@@ -126,8 +134,8 @@ SelfRig find_rig(const SelfRigProblem& problem);
 /// upper. Requires `missing()` to be kNothing.
 Rig to_rig(const SelfRig& found, const SelfRigProblem& problem);
 
-/// A lens half a millimetre off its mirror's axis moves the rim against the tip by a pixel (f e (1/d - 1/(d + R))).
-constexpr double kLeastCentreSigma_px = 0.5;
+/// Twice kLeastTipSigma_px: what edges without anti-aliasing leave, of rim and tip together.
+constexpr double kLeastCentreSigma_px = 0.2;
 /// Tilts of two degrees, and centres one pixel off, turn single bearings by about a degree; they average out over
 /// landmarks all around, but not all of it.
 constexpr double kLeastAzimuthSigma_rad = 0.005;

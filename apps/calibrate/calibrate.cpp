@@ -81,6 +81,7 @@ constexpr double kSearchTurn_rad = 0.5;
 // Priors of a start that the images gave. The image of the tip is some pixels off where the lens distorts or is off the
 // mirror's axis.
 constexpr double kFoundCentrePrior_px = 5;
+constexpr double kFoundRimPrior = 0.02;
 constexpr double kFoundAzimuthSigmas = 3;
 
 std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
@@ -332,17 +333,34 @@ struct Start {
   vision::CalibrationPriors priors;
 };
 
-/// Looks for the rig in the images. Errors: kBadData, with what to change, where the robot file leaves numbers to the
-/// images and these do not show them.
+/// Returns whether all images of a camera are equal although the robot moved.
+bool is_frozen(const std::vector<vision::SelfRigFrame>& frames, vision::Side camera) {
+  const cv::Mat& first = of_view(frames.front(), camera);
+  const auto is_first = [&](const vision::SelfRigFrame& frame) {
+    return cv::norm(of_view(frame, camera), first, cv::NORM_INF) == 0;
+  };
+  return std::ranges::any_of(frames, [](const auto& frame) { return frame.motion.has_value(); }) &&
+         std::ranges::all_of(frames, is_first);
+}
+
+/// Looks for the rig in the images. Errors: kBadData, with what to change, where a camera gives nothing, and where the
+/// robot file leaves numbers to the images and these do not show them.
 Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot, const Settings& settings) {
   Start start{robot, {}, {}, false, settings.priors};
   if (!settings.start_from_images) return start;
   vision::SelfRigProblem problem = estimation::self_rig_problem(robot, run.map);
   problem.frames = frames_for_search(run);
   if (problem.frames.empty()) return start;  // sight() names the images
+  for (const vision::Side camera : {vision::Side::kLower, vision::Side::kUpper}) {
+    if (!is_frozen(problem.frames, camera)) continue;
+    return Error(ErrorCode::kBadData,
+                 "{}: camera {} repeats one image while the wheels turn: it is frozen; plug it in again, and see "
+                 "twocone doctor",
+                 run.folder.string(), to_string(camera));
+  }
   start.found = vision::find_rig(problem);
   if (start.found->missing() != vision::NotFound::kNothing) {
-    if (robot.rig.missing.empty()) return start;
+    if (robot.rig.missing.empty() && !start.found->is_blind()) return start;
     return Error(ErrorCode::kBadData, "{}: {}", run.folder.string(), estimation::what_to_change(*start.found));
   }
   estimation::SelfRigAnswer answer = estimation::compare_with_file(robot, *start.found, problem);
@@ -355,9 +373,9 @@ Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot,
     return std::ranges::count_if(start.replaced, [&](const auto& r) { return r.key.ends_with(key); });
   };
   const bool are_believed = start.found->views[0].is_circle_believed || start.found->views[1].is_circle_believed;
-  if (count("centre_px") == 2 && !are_believed) {
-    start.priors.centre_px = std::min(start.priors.centre_px, kFoundCentrePrior_px);
-  }
+  if (count("centre_px") == 2 && !are_believed) start.priors.centre_px = kFoundCentrePrior_px;
+  if (count("centre_px") == 1) start.priors.centre_px = std::max(start.priors.centre_px, kFoundCentrePrior_px);
+  if (count("rim_radius_px") > 0) start.priors.rim_share = std::max(start.priors.rim_share, kFoundRimPrior);
   if (count("azimuth_rad") > 0) {
     start.priors.azimuth_rad =
         std::max({start.priors.azimuth_rad, kFoundAzimuthSigmas * start.found->relative_azimuth.sigma_rad,

@@ -55,8 +55,8 @@ std::string angle_line(const vision::FoundAngle& angle, const char* what) {
 
 vision::SelfRigProblem self_rig_problem(const config::Robot& robot, const config::Map& map) {
   const config::Rig& rig = robot.rig;
-  const bool has_circles = std::ranges::none_of(
-      rig.missing, [](const std::string& key) { return key.ends_with("_px"); });
+  const bool has_circles =
+      std::ranges::none_of(rig.missing, [](const std::string& key) { return key.ends_with("_px"); });
   return {.rig = config::to_assumed_rig(robot),
           .has_believed_circles = has_circles,
           .landmarks = config::to_targets(map),
@@ -126,11 +126,11 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
     take("lower.azimuth_rad", kept_rad, 0, sigma.azimuth_rad, lower_rad);
   }
   answer.rig.lower.azimuth_rad = lower_rad;
-  take("upper.azimuth_rad", robot.rig.upper.azimuth_rad,
-       base::wrap_angle_rad(lower_rad + *found.relative_azimuth.rad), found.relative_azimuth.sigma_rad,
-       answer.rig.upper.azimuth_rad);
+  take("upper.azimuth_rad", robot.rig.upper.azimuth_rad, base::wrap_angle_rad(lower_rad + *found.relative_azimuth.rad),
+       found.relative_azimuth.sigma_rad, answer.rig.upper.azimuth_rad);
   answer.rig.missing.clear();
   if (answer.differences.empty()) return answer;
+  answer.rig.calibration.clear();  // its covariance is that of the numbers which are replaced
   const auto set = [](double& file, double seen) {
     if (seen > 0) file = std::max(seen, file > 0 ? std::min(file, seen) : 0.0);
   };
@@ -155,14 +155,15 @@ std::vector<config::KeyChange> changes_to(const SelfRigAnswer& answer) {
     changes.push_back({fmt::format("rig.{}", difference.key), value});
   }
   if (changes.empty() || !answer.rig.sigma) return changes;
+  changes.push_back({"rig.calibration", "''"});
   const config::RigSigma& s = *answer.rig.sigma;
-  changes.push_back({"rig.sigma",
-                     fmt::format("{{mirror_radius_m: {}, lens_to_tip_m: {}, mirror_separation_m: {}, lens_height_m: {}, "
-                                 "apex_rad: {}, centre_px: {}, rim_radius_px: {}, azimuth_rad: {}, tilt_rad: {}, "
-                                 "axis_offset_m: {}, distortion: {}}}",
-                                 s.mirror_radius_m, s.lens_to_tip_m, s.mirror_separation_m, s.lens_height_m, s.apex_rad,
-                                 s.centre_px, s.rim_radius_px, s.azimuth_rad, s.tilt_rad, s.axis_offset_m,
-                                 s.distortion)});
+  changes.push_back(
+      {"rig.sigma",
+       fmt::format("{{mirror_radius_m: {}, lens_to_tip_m: {}, mirror_separation_m: {}, lens_height_m: {}, "
+                   "apex_rad: {}, centre_px: {}, rim_radius_px: {}, azimuth_rad: {}, tilt_rad: {}, "
+                   "axis_offset_m: {}, distortion: {}}}",
+                   s.mirror_radius_m, s.lens_to_tip_m, s.mirror_separation_m, s.lens_height_m, s.apex_rad, s.centre_px,
+                   s.rim_radius_px, s.azimuth_rad, s.tilt_rad, s.axis_offset_m, s.distortion)});
   return changes;
 }
 
@@ -172,8 +173,9 @@ std::vector<std::string> lines_of(const vision::SelfRig& found) {
   if (found.shows_one_mirror) {
     lines.emplace_back("both cameras show the same mirror");
   } else if (found.exchanged.value) {
-    lines.push_back(*found.exchanged.value ? "exchanged: camera lower shows the upper mirror, and camera upper the lower one"
-                                           : "cameras: each shows its own mirror, they are not exchanged");
+    lines.push_back(*found.exchanged.value
+                        ? "exchanged: camera lower shows the upper mirror, and camera upper the lower one"
+                        : "cameras: each shows its own mirror, they are not exchanged");
   } else {
     lines.push_back(fmt::format("exchanged: not found ({})", to_string(found.exchanged.reason)));
   }
@@ -219,13 +221,14 @@ std::string what_to_change(const vision::SelfRig& found) {
     return "both cameras show the same mirror: do cameras.lower and cameras.upper name two devices (twocone devices)?";
   }
   for (const std::size_t i : {0, 1}) {
-    if (!found.views[i].circle) return what_to_change(found.views[i].mirror.verdict, kCameraNames[i]);
+    if (found.views[i].is_blind()) return what_to_change(found.views[i].mirror.verdict, kCameraNames[i]);
   }
   for (const std::size_t i : {0, 1}) {
     const vision::SelfView& view = found.views[i];
     if (view.mirrored.reason == NotFound::kNoLandmarks || view.landmarks < 3) {
       return fmt::format(
-          "camera {} sees the colours of {} of the map's landmarks, and 3 are needed: is this the map of this room? Add "
+          "camera {} sees the colours of {} of the map's landmarks, and 3 are needed: is this the map of this room? "
+          "Add "
           "light, switch automatic white balance off, and compare the map's colours with the images",
           kCameraNames[i], view.landmarks);
     }
@@ -243,7 +246,8 @@ std::string what_to_change(const vision::SelfRig& found) {
   for (const std::size_t i : {0, 1}) {
     if (!found.views[i].mirrored.value) {
       return fmt::format(
-          "the images of camera {} do not show whether they are mirrored: move the robot to where both cameras see four "
+          "the images of camera {} do not show whether they are mirrored: move the robot to where both cameras see "
+          "four "
           "landmarks or more, or drive a curve",
           kCameraNames[i]);
     }

@@ -98,7 +98,7 @@ TEST(Belief, WrongSigmasAreRefused) {
 
 TEST(Belief, TheRootOfACovarianceGivesItBack) {
   Eigen::Matrix4d covariance;
-  covariance << 4, 1.5, 0, 1e-4, 1.5, 1, 0, -2e-5, 0, 0, 0, 0, 1e-4, -2e-5, 0, 1e-8;
+  covariance << 4, 1.5, 0, 1e-4, 1.5, 1, 0, 2e-5, 0, 0, 0, 0, 1e-4, 2e-5, 0, 1e-8;
   const Eigen::MatrixXd root = root_of(covariance);
   EXPECT_EQ(root.cols(), 3);
   EXPECT_LT((root * root.transpose() - covariance).cwiseAbs().maxCoeff(), 1e-14);

@@ -136,9 +136,12 @@ TEST(EveryKey, OfTheLabRobot) {
       {"start.x_m", "start.y_m", "start.heading_rad", "rig.lower.azimuth_rad", "rig.upper.azimuth_rad"});
   change_every_key("robots/lab_sim.yaml",
                    {{Change::kLeftOut,
-                     {"start",                    // a real robot has none; to_robot_settings requires it where needed
-                      "latency_frames",           // documented default 4
-                      "drive.command_timeout_s",  // documented default 0.5 s
+                     {"start",                   // a real robot has none; to_robot_settings requires it where needed
+                      "latency_frames",          // documented default 4
+                      "rig.lower", "rig.upper",  // left to the images, with their keys
+                      "rig.lower.centre_px", "rig.lower.rim_radius_px", "rig.lower.azimuth_rad", "rig.upper.centre_px",
+                      "rig.upper.rim_radius_px", "rig.upper.azimuth_rad",
+                      "drive.command_timeout_s",                                     // documented default 0.5 s
                       "effects", "effects.slip", "effects.encoder_counts_per_turn",  // none: ideal
                       "waypoints_m"}},                                               // only for that behaviour
                     {Change::kWord, text},

@@ -313,6 +313,17 @@ TEST(ToRobotSettings, WhatTheDriversRejectIsAFileErrorToo) {
   EXPECT_NE(message.find("width_px is -3"), std::string::npos) << message;
 }
 
+// Catches a command that works with the assumed numbers of a rig that nobody has measured.
+TEST(ToRig, RefusesARigThatIsLeftToTheImages) {
+  Robot robot = good_robot();
+  robot.rig.missing = {"lower.centre_px", "upper.azimuth_rad"};
+  const std::string message = message_of([&] { (void)to_rig(robot); });
+  EXPECT_NE(message.find("rig has no lower.centre_px, upper.azimuth_rad"), std::string::npos) << message;
+  EXPECT_NE(message.find("run --self-rig"), std::string::npos) << message;
+  EXPECT_NE(message.find("calibrate"), std::string::npos) << message;
+  EXPECT_EQ(to_assumed_rig(robot).lower.settings().centre_px, to_rig(good_robot()).lower.settings().centre_px);
+}
+
 TEST(ToRig, HoldsEveryFieldOfBothMirrors) {
   const vision::Rig rig = to_rig(good_robot());
   const vision::MirrorViewSettings& lower = rig.lower.settings();

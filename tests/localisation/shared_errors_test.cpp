@@ -127,8 +127,8 @@ TEST(SharedErrors, TheErrorOfOneFixFollowsFromTheErrorsThemselves) {
 }
 
 /// Drives robots through rooms, with a fix in each frame. @returns the share of track ellipses at the end of the drives
-/// that hold the truth @param is_told whether the track is told which part of the fixes' errors is shared
-double track_ellipses(bool is_told, const Eigen::Vector3d& wheel_sigmas = Eigen::Vector3d::Zero()) {
+/// that hold the truth @param is_stated whether the fixes state which part of their errors is shared
+double track_ellipses(bool is_stated, const Eigen::Vector3d& wheel_sigmas = Eigen::Vector3d::Zero()) {
   constexpr int kRooms = 250;
   constexpr int kFrames = 60;
   const Eigen::Index shared = 1 + 2 * Eigen::Index(kPlaces_m.size());
@@ -162,7 +162,7 @@ double track_ellipses(bool is_told, const Eigen::Vector3d& wheel_sigmas = Eigen:
         m.place_by_shared.conservativeResizeLike(BySharedErrors<2>::Zero(2, count));
       }
       Fix fix = fix_by_least_squares(measurements);
-      if (!is_told) {
+      if (!is_stated) {
         fix.own_covariance = fix.covariance;
         fix.by_shared = {};
       }

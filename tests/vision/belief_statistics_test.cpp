@@ -45,14 +45,14 @@ struct Tally {
 };
 
 /// Drives robots with such errors to random poses in the room.
-/// @param is_told whether the robots know the standard deviations
-Tally drive(const BeliefSigmas& sigmas, bool is_told, int count) {
+/// @param is_stated whether the robots know the standard deviations
+Tally drive(const BeliefSigmas& sigmas, bool is_stated, int count) {
   std::mt19937_64 random(20);
   std::uniform_real_distribution<double> place(-1.6, 1.6);
   std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
   const std::size_t landmarks = room_landmarks().size();
   const BeliefErrors errors = errors_of(sigmas, landmarks);
-  const BeliefErrors stated = is_told ? errors : errors_of({}, landmarks);
+  const BeliefErrors stated = is_stated ? errors : errors_of({}, landmarks);
   const UncertainRig rig(lab_rig(), stated.rig);
   Tally tally;
   for (int i = 0; i < count; ++i) {

@@ -60,8 +60,8 @@ cv::Mat mirror_image(const Place& place, Surroundings surroundings, double noise
 }
 
 void expect_found(const MirrorSearch& found, const Place& place, const char* what) {
-  ASSERT_EQ(found.verdict, MirrorVerdict::kFound) << what << ": " << to_string(found.verdict) << ", upright share "
-                                                  << found.upright_share;
+  ASSERT_EQ(found.verdict, MirrorVerdict::kFound)
+      << what << ": " << to_string(found.verdict) << ", upright share " << found.upright_share;
   EXPECT_NEAR((found.rim->centre_px - place.centre_px).norm(), 0, kRim_px) << what;
   EXPECT_NEAR(found.rim->radius_px, place.radius_px, kRim_px) << what;
   ASSERT_TRUE(found.tip) << what;
@@ -70,7 +70,7 @@ void expect_found(const MirrorSearch& found, const Place& place, const char* wha
 
 // Catches a search that needs an expectation, a certain contrast, or the whole rim in the image.
 TEST(FindMirror, FindsTheRimWhereverItIs) {
-  const Place places[]{{{319.5, 239.5}, 236}, {{281.3, 277.1}, 236},  {{357.2, 203.4}, 189},
+  const Place places[]{{{319.5, 239.5}, 236}, {{281.3, 277.1}, 236}, {{357.2, 203.4}, 189},
                        {{340.6, 249.8}, 283}, {{171.3, 151.2}, 118}, {{300.1, 222.7}, 205.3}};
   std::uint64_t seed = 1;
   for (const Place& place : places) {
@@ -166,12 +166,13 @@ TEST(FindMirror, SaysWhyThereIsNone) {
   }
   EXPECT_EQ(find_mirror(std::vector{plate([](double, double) { return 200; })}).verdict, MirrorVerdict::kNoMirror)
       << "a plate";
-  EXPECT_EQ(find_mirror(std::vector{plate([](double x, double y) { return std::hypot(x, y) < 90 ? 220 : 150; })}).verdict,
-            MirrorVerdict::kNoMirror)
+  EXPECT_EQ(
+      find_mirror(std::vector{plate([](double x, double y) { return std::hypot(x, y) < 90 ? 220 : 150; })}).verdict,
+      MirrorVerdict::kNoMirror)
       << "a target of rings";
   EXPECT_EQ(find_mirror(std::vector{plate([](double x, double y) {
-                          return (int(x + 500) / 23 + int(y + 500) / 31) % 2 == 0 ? 220 : 150;
-                        })}).verdict,
+              return (int(x + 500) / 23 + int(y + 500) / 31) % 2 == 0 ? 220 : 150;
+            })}).verdict,
             MirrorVerdict::kNoMirror)
       << "a tablecloth";
 }

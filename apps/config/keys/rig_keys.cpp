@@ -271,7 +271,8 @@ WheelSigma ruler_sigma(const Drive& drive) {
 
 void make_rig_paths_absolute(YAML::Node& robot, const std::filesystem::path& file) {
   const auto make_absolute = [&](YAML::Node path) {
-    if (path) path = std::filesystem::absolute(resolve(path.as<std::string>(), file)).string();
+    if (path && !path.as<std::string>().empty())
+      path = std::filesystem::absolute(resolve(path.as<std::string>(), file)).string();
   };
   YAML::Node rig = robot["rig"];
   make_absolute(rig["camera_info"]);

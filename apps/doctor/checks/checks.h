@@ -134,7 +134,8 @@ struct RigUnderTest {
 };
 
 /// Finds the rig in one image of each camera (vision/self_rig.h) and compares it with the robot file: exchanged,
-/// mirrored and turned cameras. Stores both images with the circles of the file and those that were found.
+/// mirrored and turned cameras, if the map has three landmarks. Stores both images with the circles of the file and
+/// those that were found.
 void check_rig(const RigUnderTest& test, Report& report);
 
 // ---- the pair of cameras
