@@ -31,8 +31,8 @@ const Pair& good_pair() {
     SyntheticScene scene;
     scene.landmarks = seen_from(six_landmarks(), {0.35, -0.15}, 0.8);
     auto taken = rig.take(scene, {}, random);
-    surround(taken.lower, {319.5, 239.5}, 236, Surroundings::kEvenGrey);
-    surround(taken.upper, {319.5, 239.5}, 236, Surroundings::kChequer);
+    surround(taken.lower, {319.5, 239.5}, 236, testing_support::Surroundings::kEvenGrey);
+    surround(taken.upper, {319.5, 239.5}, 236, testing_support::Surroundings::kChequer);
     return Pair{taken.lower, taken.upper};
   }();
   return pair;
