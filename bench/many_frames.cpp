@@ -201,8 +201,10 @@ class FrameTaker {
                             int frame) const {
     Image light = rendered(*scene_.views()[view].native, pose);
     if (!sim_povray::changes_pixels(effects)) return light;
+    const std::chrono::duration<double> time(frame / robot_.lower.settings.rate_hz);
     return sim_povray::develop(effects, {std::make_shared<const Image>(std::move(light))}, options_.seed,
-                               view == 0 ? "lower" : "upper", std::uint64_t(frame));
+                               view == 0 ? "lower" : "upper", std::uint64_t(frame),
+                               std::chrono::round<std::chrono::nanoseconds>(time));
   }
 
   const config::Robot& robot_;

@@ -106,7 +106,7 @@ box { W(-HX, -HY, 2.62) W(-HX+0.12, HY, 2.70) texture { T_SteelDk } no_shadow }
 Lamp(-1.9, 1.1) Lamp(1.7, -1.3) Lamp(1.9, 1.2) Lamp(-1.8, -1.3)
 
 // --------------------------------------------------------------- pillars ----
-// Hues are 45 degrees apart.
+#ifndef (Landmarks_Elsewhere)   // Hues are 45 degrees apart.
 #macro Pillar(X, Y, R, G, B)
   cylinder { W(X, Y, 0) W(X, Y, 1.60) 0.20*M
     pigment { color rgb <R, G, B> } finish { ambient 0.35 diffuse 0.62 } }
@@ -120,7 +120,7 @@ Pillar(-3.35,  0.15,  0.03,  0.80,   0.80)     // cyan
 Pillar(-2.85, -2.45,  0.03,  0.2225, 0.80)     // blue
 Pillar(-0.35, -2.85,  0.415, 0.03,   0.80)     // violet
 Pillar( 2.40, -2.65,  0.80,  0.03,   0.6075)   // rose
-
+#end
 // ------------------------------------------------------------- furniture ----
 // A pallet rack along a wall: posts, three levels, goods on them; from (X1, Y1) to (X2, Y2), 2.2 m high
 #declare Rnd = seed(23);

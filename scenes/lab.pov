@@ -158,7 +158,7 @@ box { W(-2.20, -1.70,  0) W(-2.175, 1.70, TP)     texture { T_White } no_shadow 
 box { W( 2.175,-1.70,  0) W( 2.20,  1.70, TP)     texture { T_White } no_shadow }
 
 // --------------------------------------------------------------- pillars ----
-// One texture for side and top, matt, so hue is the same wherever it is lit.
+#ifndef (Landmarks_Elsewhere)   // One texture for side and top, matt, so hue is the same wherever it is lit.
 #macro Pillar(X, Y, R, G, B)
   cylinder { W(X, Y, 0) W(X, Y, 0.90) 0.15*M
     pigment { color rgb <R, G, B> } finish { ambient 0.35 diffuse 0.62 } }
@@ -170,7 +170,7 @@ Pillar( 1.50,  1.95,  0.03, 0.03, 0.80)   // blue
 Pillar( 2.45,  0.30,  0.03, 0.80, 0.80)   // cyan
 Pillar( 1.30, -1.95,  0.80, 0.03, 0.80)   // magenta
 Pillar(-1.50, -1.95,  0.80, 0.80, 0.03)   // yellow
-
+#end
 // ----------------------------------------- furniture: pieces used often ----
 // A bench: birch top 0.74 m high, white panel legs, with an apron behind.
 // The rectangle is its outline on the floor.

@@ -100,7 +100,7 @@ box { W(-WX-0.1, -WY,     0) W(-WX,      WY,     WZ) texture { T_WallY } no_shad
 Lamp(-0.8, 0.4) Lamp(0.9, -0.5)
 
 // ----------------------------------------------------------------- posts ----
-// Hues are 72 degrees apart. Radius and height in metres.
+#ifndef (Landmarks_Elsewhere)   // Hues are 72 degrees apart. Radius and height in metres.
 #macro Post(X, Y, Radius, Top, R, G, B)
   cylinder { W(X, Y, 0) W(X, Y, Top) (Radius)*M pigment { color rgb <R, G, B> } finish { ambient 0.35 diffuse 0.62 } }
   cylinder { W(X, Y, 0) W(X, Y, 0.012) (Radius+0.03)*M texture { T_Dark } no_shadow }
@@ -110,7 +110,7 @@ Post( 0.75,  1.22, 0.080, 0.60,  0.5177, 0.80,   0.03)     // lime
 Post(-1.10,  1.18, 0.055, 0.64,  0.03,   0.80,   0.4663)   // jade
 Post(-1.68, -0.50, 0.030, 0.72,  0.03,   0.2097, 0.80)     // blue
 Post( 0.30, -1.25, 0.070, 0.58,  0.7743, 0.03,   0.80)     // magenta
-
+#end
 // ------------------------------------------------------------- furniture ----
 // Workbench along the north wall, drawers under it, a board of tools above
 box { W(-0.85, 1.37, 0.84) W(1.75, 1.75, 0.90) texture { T_Pine } }

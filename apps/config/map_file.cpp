@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "apps/config/keys/robot_keys.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 
@@ -265,42 +264,6 @@ Map read_map(const std::filesystem::path& file) {
                     file.string(), file.filename().string());
   }
   return with_own_folder(parse_map(load_yaml(file), file));
-}
-
-std::string map_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
-                     const std::vector<Landmark>& landmarks, const std::vector<std::string>& header_lines) {
-  YAML::Node node = load_yaml(original);
-  const Map map = parse_map(node, original);
-  if (map.landmarks.size() != landmarks.size()) {
-    throw FileError("{}: has {} landmarks, must be the {} of the calibration", original.string(), map.landmarks.size(),
-                    landmarks.size());
-  }
-  if (map.scene) node["scene"] = relative_to(new_file, std::filesystem::absolute(*map.scene));
-  // The scene may read the folder of its map file, which is another one now.
-  if (map.scene) {
-    const auto folder = std::filesystem::absolute(original).parent_path().lexically_normal();
-    node["scene_paths"] = YAML::Node(YAML::NodeType::Sequence);
-    node["scene_paths"].push_back(relative_to(new_file, folder));
-    for (const auto& path : map.scene_paths) node["scene_paths"].push_back(relative_to(new_file, path));
-  }
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    const Landmark& l = landmarks[i];
-    YAML::Node entry = node["landmarks"][i];
-    entry["x_m"] = text_of(l.x_m);
-    entry["y_m"] = text_of(l.y_m);
-    entry["radius_m"] = text_of(l.radius_m);
-    entry["top_m"] = text_of(l.top_m);
-    const std::array sigma{l.sigma.x_m, l.sigma.y_m, l.sigma.top_m, l.sigma.radius_m};
-    entry["sigma_m"] = list_of(sigma);
-  }
-  std::string text = "# SPDX-License-Identifier: Apache-2.0\n";
-  for (const std::string& line : header_lines) text += commented(line);
-  text += commented(fmt::format("From {}, whose comments are not kept.", original.filename().string()));
-  YAML::Emitter emitter;
-  emitter << node;
-  text += fmt::format("{}\n", emitter.c_str());
-  (void)parse_map(parse_yaml(text, new_file), new_file);  // never return text that read_map rejects
-  return text;
 }
 
 YAML::Node load_map_node(const std::filesystem::path& file) {

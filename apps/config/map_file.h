@@ -68,13 +68,14 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file);
 /// Returns the YAML of the file with absolute paths, for use inside another file (run.yaml). parse_map reads the same
 /// map from it. @throws FileError as read_map
 YAML::Node load_map_node(const std::filesystem::path& file);
-/// Returns the text of a map file that equals `original`, except for place, radius, top and sigma_m of its landmarks,
-/// which are those of `landmarks` in the same order. Paths are relative to the folder of the new file. Comments are
-/// lost, and the text states that.
+
+/// Returns the text of a map file that equals `original`, except for the scene and the landmarks, with their sigmas,
+/// which are those of `changed`. Paths are absolute, except for a relative `changed.scene`, which is written as it is:
+/// relative to the folder of the new file. Comments are lost, and the text states that.
 /// @param new_file path for which the text is made; this function writes no file
 /// @param header_lines comments at the start, after the licence line
-/// @throws FileError as read_map, for `original`
-std::string map_text(const std::filesystem::path& original, const std::filesystem::path& new_file,
-                     const std::vector<Landmark>& landmarks, const std::vector<std::string>& header_lines);
+/// @throws FileError as read_map, for `original`, and for values that read_map would reject in the new file
+std::string map_text(const std::filesystem::path& original, const std::filesystem::path& new_file, const Map& changed,
+                     const std::vector<std::string>& header_lines);
 
 }  // namespace twocone::config

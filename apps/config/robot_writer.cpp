@@ -123,12 +123,6 @@ void part_cameras(YAML::Node& cameras, const std::vector<drivers::OtherCamera>& 
 
 }  // namespace
 
-std::string commented(std::string line) {
-  boost::replace_all(line, "\r", "\n");
-  boost::replace_all(line, "\n", "\n# ");
-  return (line.empty() ? "#" : "# ") + line + '\n';
-}
-
 std::vector<KeyChange> exchange_cameras(const Robot& robot) {
   const YAML::Node node = with_changes(with_present_names(load_yaml(robot.file)), robot.changes);
   const auto text_as_is = [&](const char* camera) {
@@ -139,6 +133,16 @@ std::vector<KeyChange> exchange_cameras(const Robot& robot) {
     return std::string(emitter.c_str());
   };
   return {{"cameras.lower", text_as_is("upper")}, {"cameras.upper", text_as_is("lower")}};
+}
+
+std::string comments(const std::vector<std::string>& lines) {
+  std::string text;
+  for (std::string line : lines) {
+    boost::replace_all(line, "\r", "\n");
+    boost::replace_all(line, "\n", "\n# ");
+    text += (line.empty() ? "#" : "# ") + line + '\n';
+  }
+  return text;
 }
 
 std::string robot_text(const std::filesystem::path& file, const std::filesystem::path& new_file, const Robot& changed,
@@ -179,9 +183,8 @@ std::string robot_text(const std::filesystem::path& file, const std::filesystem:
   set_effects(node, changed.effects, robot.effects);
   if (changed.estimator != robot.estimator) set_estimator(node, changed.estimator);
 
-  std::string text = "# SPDX-License-Identifier: Apache-2.0\n";
-  for (const std::string& line : header_lines) text += commented(line);
-  text += commented(fmt::format("From {}, whose comments are not kept.", file.filename().string()));
+  std::string text = "# SPDX-License-Identifier: Apache-2.0\n" + comments(header_lines);
+  text += comments({fmt::format("From {}, whose comments are not kept.", file.filename().string())});
   YAML::Emitter emitter;
   emitter << node;
   text += fmt::format("{}\n", emitter.c_str());

@@ -150,7 +150,10 @@ void calibrate_with(CalibrateArguments options) {
   calibrated.drive.sigma = report.drive.sigma;
   const std::vector<Landmark> landmarks = calibrate::refined_landmarks(report);
   if (!landmarks.empty()) {
-    runlog::write_whole(map, config::map_text(robot.map, map, landmarks, header_lines(report)));
+    config::Map refined = config::read_map(robot.map);
+    refined.landmarks = landmarks;
+    refined.scene.reset();  // the one that the file names
+    runlog::write_whole(map, config::map_text(robot.map, map, refined, header_lines(report)));
     calibrated.map = map;
   }
   if (report.has_one_map) calibrated.rig.calibration = options.json;

@@ -129,5 +129,6 @@ void add_doctor(CLI::App& program);
 void add_tradeoff(CLI::App& program);
 void add_compare(CLI::App& program);
 void add_new(CLI::App& program);
+void add_as_built(CLI::App& program);
 
 }  // namespace twocone::cli

@@ -89,6 +89,9 @@ struct SessionSettings {
 /// Length of the history of poses that a world stores, in addition to its last step.
 constexpr double kMaxStampLate_s = 0.5;
 
+/// Lamps on mains of 50 Hz light up with each half wave.
+constexpr double kLampFlicker_hz = 100;
+
 /// Deviations of a simulated camera from an ideal one. Zero or empty: the effect is off and costs no time.
 struct CameraEffects {
   double gain = 1;                  ///< exposure and gain: factor on linear light, > 0
@@ -108,6 +111,12 @@ struct CameraEffects {
   /// Delay of the stamp against the exposure: the image is older than its stamp states, and nothing reports this to the
   /// program. In one camera of a pair it acts as a hidden skew, in both as a latency. 0 to kMaxStampLate_s; 0: none.
   double stamp_late_s = 0;
+  /// Colour of the lamps: factors on linear red, green and blue, each > 0; empty: white.
+  std::vector<double> colour_gain{};
+  /// The lamps' light is 1 + flicker cos(2 pi kLampFlicker_hz t + phase) of its mean, 0 to 1. What a pixel sees of it
+  /// is the mean over its row's exposure.
+  double flicker = 0;
+  int jpeg_quality = 0;  ///< of libjpeg, 1 to 100: the image is compressed and decompressed; 0: it is not
 
   friend bool operator==(const CameraEffects&, const CameraEffects&) = default;
 };

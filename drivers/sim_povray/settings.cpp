@@ -75,6 +75,13 @@ void take(base::Complaints& complaints, const CameraEffects& effects) {
   if (!(effects.stamp_late_s >= 0 && effects.stamp_late_s <= kMaxStampLate_s)) {
     complaints.add("effects.stamp_late_s is {} s, must be 0 to {}", effects.stamp_late_s, kMaxStampLate_s);
   }
+  const std::size_t colours = effects.colour_gain.size();
+  if (colours != 0 && colours != 3) complaints.add("effects.colour_gain has {} numbers, must be 3", colours);
+  for (const double gain : effects.colour_gain) complaints.positive("effects.colour_gain", gain, "");
+  if (!(effects.flicker >= 0 && effects.flicker <= 1)) {
+    complaints.add("effects.flicker is {}, must be 0 to 1", effects.flicker);
+  }
+  complaints.within("effects.jpeg_quality", effects.jpeg_quality, 0, 100);
 }
 
 }  // namespace

@@ -312,6 +312,7 @@ class LocalSession final : public RobotSession {
                      settings_.body.seed,
                      view.settings.camera_name,
                      state_.step,
+                     state_.now,
                      settings_.rendered,
                      settings_.truth};
     {

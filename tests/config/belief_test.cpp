@@ -189,12 +189,13 @@ TEST(MapText, HasTheLandmarksOfTheCalibration) {
   map.landmarks[1].top_m = 1.0625;
   map.landmarks[1].sigma = {.x_m = 0.001, .y_m = 0.002, .top_m = 0.0003, .radius_m = 0.0001};
   const fs::path file = folder.write("new.map.yaml", "");
-  const std::string text = map_text(data("good_map.yaml"), file, map.landmarks, {"A line."});
+  map.scene.reset();
+  const std::string text = map_text(data("good_map.yaml"), file, map, {"A line."});
   EXPECT_THAT(text, HasSubstr("# A line."));
   const Map again = read_map(folder.write("new.map.yaml", text));
   EXPECT_EQ(again.landmarks, map.landmarks);
   EXPECT_TRUE(again.without_sigma.empty());
-  EXPECT_EQ(fs::weakly_canonical(*again.scene), fs::weakly_canonical(*map.scene));
+  EXPECT_EQ(fs::weakly_canonical(*again.scene), fs::weakly_canonical(*good_map().scene));
   EXPECT_EQ(again.obstacles, map.obstacles);
 }
 

@@ -420,7 +420,15 @@ const BadCase kCameraEffectsCases[] = {
     {"UnknownForAll", "    gain: 0.9", "    gian: 0.9",
      "robot.yaml:42: effects.camera.gian is unknown (known here: gain, full_well_electrons, "
      "read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s, shutter_samples, distortion, "
-     "distortion_focal_px, drop_probability, late_probability, stamp_late_s)"},
+     "distortion_focal_px, drop_probability, late_probability, stamp_late_s, colour_gain, flicker, jpeg_quality)"},
+    {"TwoColours", "late_probability: 0.02", "colour_gain: [1.06, 1]",
+     "robot.yaml:53: effects.camera.colour_gain is [1.06, 1], must be a list of 0 or 3 numbers"},
+    {"NoRed", "late_probability: 0.02", "colour_gain: [0, 1, 0.93]",
+     "robot.yaml:53: effects.camera.colour_gain[0] is 0, must be > 0 and < 1000000"},
+    {"LampsBelowDarkness", "late_probability: 0.02", "flicker: 1.2",
+     "robot.yaml:53: effects.camera.flicker is 1.2, must be 0 to 1"},
+    {"QualityOfAHundredAndOne", "late_probability: 0.02", "jpeg_quality: 101",
+     "robot.yaml:53: effects.camera.jpeg_quality is 101, must be 0 to 100"},
     {"NoGain", "gain: 0.9", "gain: 0", "robot.yaml:42: effects.camera.gain is 0, must be > 0 and < 1000000"},
     {"NoGainOfOne", "gain: 1.3", "gain: 0",
      "robot.yaml:15: cameras.upper.effects.gain is 0, must be > 0 and < 1000000"},

@@ -183,7 +183,10 @@ sim_povray::CameraEffects all_effects() {
           .distortion_focal_px = 1024.0 / 3,
           .drop_probability = 0.02,
           .late_probability = 0.1 / 3,
-          .stamp_late_s = 0.008 / 3};
+          .stamp_late_s = 0.008 / 3,
+          .colour_gain = {1.1 / 3, 1, 0.7},
+          .flicker = 0.1 / 3,
+          .jpeg_quality = 71};
 }
 
 Effects all_body_effects() {
@@ -230,8 +233,8 @@ TEST_F(RobotWriterTest, EffectsReadBackEqual) {
 
 TEST_F(RobotWriterTest, EachEffectAloneReadsBackEqual) {
   const auto& [gain, full_well, read_noise, vignetting, defocus_px, exposure_time_s, readout_s, shutter_samples,
-               distortion, focal_px, drop, late, stamp_late_s] = all_effects();
-  std::vector<sim_povray::CameraEffects> each(11);
+               distortion, focal_px, drop, late, stamp_late_s, colour_gain, flicker, jpeg_quality] = all_effects();
+  std::vector<sim_povray::CameraEffects> each(14);
   each[0].gain = gain;
   each[1].full_well_electrons = full_well;
   each[2].full_well_electrons = full_well;
@@ -244,6 +247,9 @@ TEST_F(RobotWriterTest, EachEffectAloneReadsBackEqual) {
   each[8].distortion_focal_px = focal_px;
   each[9].drop_probability = drop;
   each[10].stamp_late_s = stamp_late_s;
+  each[11].colour_gain = colour_gain;
+  each[12].flicker = flicker;
+  each[13].jpeg_quality = jpeg_quality;
   const fs::path lab = fs::path(TWOCONE_SOURCE_DIR) / "robots/lab_sim.yaml";
   for (const fs::path& original : {data("good_robot.yaml"), lab}) {
     for (const sim_povray::CameraEffects& effects : each) {

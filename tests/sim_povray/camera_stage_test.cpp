@@ -42,8 +42,9 @@ std::shared_ptr<Image> random_image(int width_px, int height_px) {
 }
 
 Image developed(const CameraEffects& effects, const Images& images, std::uint64_t seed = 7,
-                std::string_view camera = "lower", std::uint64_t step = 3) {
-  return develop(effects, images, seed, camera, step);
+                std::string_view camera = "lower", std::uint64_t step = 3,
+                std::chrono::nanoseconds now = std::chrono::milliseconds(217)) {
+  return develop(effects, images, seed, camera, step, now);
 }
 
 int at(const Image& image, int column, int row, int channel = 0) {
@@ -192,6 +193,131 @@ TEST(Defocus, IsLinearLightNotTheMeanOfCodes) {
   // The image continues to the left of its edge: half of the disc is white, and in addition half of its middle column,
   // which is 2 r of pi r^2.
   EXPECT_NEAR(at(image, 0, 0), coded(0.5 + 1 / (std::numbers::pi * 20)), 1);
+}
+
+// ---- lamps
+
+TEST(ColourGain, MultipliesEachChannelInLinearLight) {
+  CameraEffects effects{.colour_gain = {1.13, 0.94, 0.71}};
+  EXPECT_TRUE(changes_pixels(effects));
+  const auto source = random_image(31, 17);
+  const Image image = developed(effects, {source});
+  for (std::size_t i = 0; i < image.bytes.size(); ++i) {
+    ASSERT_EQ(image.bytes[i], coded(effects.colour_gain[i % 3] * linear(source->bytes[i]))) << "channel " << i % 3;
+  }
+}
+
+/// Returns what the lamps give of their mean light at a time, as a plain image of no exposure shows it.
+double lamps_at(double time_s, double flicker, std::uint64_t seed, std::string_view camera) {
+  constexpr int kGrey = 150;
+  const Image image = developed({.flicker = flicker}, {grey(2, 3, kGrey)}, seed, camera, 3,
+                                std::chrono::nanoseconds(std::llround(time_s * 1e9)));
+  EXPECT_EQ(at(image, 0, 0), at(image, 1, 2)) << "all rows at once";
+  return linear(at(image, 0, 0)) / linear(kGrey);
+}
+
+// A code at 150 is 1.3 % of its light, so rounding is up to 0.7 % of it.
+constexpr double kRoundedLight = 0.007;
+
+TEST(Flicker, IsOfTwiceTheMainsFrequencyAndOfOnePhaseForAllCameras) {
+  constexpr double kFlicker = 0.4;
+  for (const double time_s : {0.0, 0.0173, 4.0039}) {
+    const double now = lamps_at(time_s, kFlicker, 7, "lower");
+    EXPECT_EQ(lamps_at(time_s, kFlicker, 7, "upper"), now);
+    EXPECT_NEAR(lamps_at(time_s + 0.37, kFlicker, 7, "lower"), now, 1e-9) << "37 whole periods later";
+    EXPECT_NEAR(lamps_at(time_s + 0.005, kFlicker, 7, "lower"), 2 - now, 2 * kRoundedLight) << "half a period later";
+    const double quarter = lamps_at(time_s + 0.0025, kFlicker, 7, "lower");
+    EXPECT_NEAR(std::hypot(now - 1, quarter - 1), kFlicker, 2 * kRoundedLight) << "a quarter of a period later";
+  }
+  EXPECT_NE(lamps_at(0, kFlicker, 8, "lower"), lamps_at(0, kFlicker, 7, "lower")) << "another seed";
+}
+
+TEST(Flicker, OfARowIsTheMeanOverItsOwnExposure) {
+  constexpr double kFlicker = 0.4;
+  constexpr int kRows = 37;
+  constexpr double kNow_s = 0.317;
+  const double cosine = lamps_at(0, kFlicker, 7, "lower") - 1, sine = 1 - lamps_at(0.0025, kFlicker, 7, "lower");
+  for (const auto& [exposure_time_s, readout_s, late_s] :
+       {std::tuple(0.0037, 0.0131, 0.0), std::tuple(0.0037, 0.0, 0.0), std::tuple(0.0, 0.0131, 0.0171)}) {
+    const CameraEffects effects{.exposure_time_s = exposure_time_s,
+                                .readout_s = readout_s,
+                                .shutter_samples = 2,
+                                .stamp_late_s = late_s,
+                                .flicker = kFlicker};
+    const Image image = developed(effects, {grey(1, kRows, 150), grey(1, kRows, 150)}, 7, "lower", 3,
+                                  std::chrono::milliseconds(317));
+    for (int row = 0; row < kRows; ++row) {
+      // The last row's shutter closes now, or as much earlier as the stamp is late.
+      const double closed_s = kNow_s - late_s - readout_s * (kRows - 1 - row) / (kRows - 1);
+      constexpr int kPoints = 200;
+      double mean = 0;
+      for (int i = 0; i < kPoints; ++i) {
+        const double turns = 100 * (closed_s - exposure_time_s * (i + 0.5) / kPoints);
+        const double angle = 2 * std::numbers::pi * turns;
+        mean += (1 + cosine * std::cos(angle) - sine * std::sin(angle)) / kPoints;
+      }
+      // Three roundings: of both phases and of this pixel.
+      EXPECT_NEAR(linear(at(image, 0, row)) / linear(150), mean, 3 * kRoundedLight)
+          << "row " << row << ", exposure " << exposure_time_s << " s, readout " << readout_s << " s";
+    }
+  }
+}
+
+TEST(Flicker, IsGoneWithAnExposureOfAWholePeriod) {
+  const auto source = grey(3, 50, 150);
+  const CameraEffects effects{.exposure_time_s = 0.01, .readout_s = 0.012, .shutter_samples = 2, .flicker = 0.8};
+  EXPECT_EQ(developed(effects, {source, source}), *source);
+}
+
+// ---- compression
+
+double mean_difference(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.bytes.size(); ++i) sum += std::abs(int(a.bytes[i]) - int(b.bytes[i]));
+  return sum / double(a.bytes.size());
+}
+
+TEST(Jpeg, LosesMoreWithLessQualityAndAlmostNothingWithTheBest) {
+  auto source = grey(48, 32, 1);
+  for (int i = 0; i < 48 * 32; ++i) {
+    const double wave = std::sin(i % 48 / 2.7) + std::cos(i / 48 / 1.9);
+    for (int c = 0; c < 3; ++c) source->bytes[std::size_t(3 * i + c)] = std::uint8_t(128 + 40 * wave);
+  }
+  const auto lost = [&](int quality) {
+    return mean_difference(developed({.jpeg_quality = quality}, {source}), *source);
+  };
+  EXPECT_LT(lost(100), 0.5) << "rounding alone: grey has no colour to lose";
+  EXPECT_LT(lost(100), lost(85));
+  EXPECT_LT(2 * lost(85), lost(20));
+  EXPECT_GT(lost(85), 0.3);
+}
+
+TEST(Jpeg, HasOneColourForTwoPixelsOfARowAndOneForEachRow) {
+  constexpr int kSide = 16;
+  const auto stripes = [](bool upright) {
+    auto image = grey(kSide, kSide, 60);
+    for (int i = 0; i < kSide * kSide; ++i) {
+      const int stripe = upright ? i % kSide : i / kSide;
+      image->bytes[std::size_t(3 * i + (stripe % 2 == 0 ? 0 : 2))] = 180;  // red or blue
+    }
+    return image;
+  };
+  const auto redness = [](const Image& image, int column, int row) {
+    return at(image, column, row, 0) - at(image, column, row, 2);
+  };
+  const Image rows = developed({.jpeg_quality = 95}, {stripes(false)});
+  EXPECT_GT(redness(rows, 5, 6), 90);
+  EXPECT_LT(redness(rows, 5, 7), -90);
+  const Image columns = developed({.jpeg_quality = 95}, {stripes(true)});
+  EXPECT_LT(std::abs(redness(columns, 6, 5)), 30);
+  EXPECT_LT(std::abs(redness(columns, 7, 5)), 30);
+}
+
+TEST(Jpeg, KeepsBlackWhatWasNotRendered) {
+  auto source = random_image(40, 24);
+  for (std::size_t i = 0; i < 3 * 40 * 11; ++i) source->bytes[i] = 0;  // up to the middle of a block
+  const Image image = developed({.jpeg_quality = 30}, {source});
+  for (std::size_t i = 0; i < 3 * 40 * 11; ++i) ASSERT_EQ(image.bytes[i], 0);
 }
 
 // ---- distortion

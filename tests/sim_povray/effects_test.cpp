@@ -192,9 +192,9 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
   place.switches.reflection_depth = 2;
   place.moving.push_back({"trolley", {{0, 0}, {1, 0}}, 0.1, true, 0.2});
   const SessionSettings session{.body = {.radius_m = 0.2, .wheels = {.slip = 0.01}}};
-  const ViewSettings lower{"lower", 3, {.vignetting = 0.3}};
+  const ViewSettings lower{"lower", 3, {.vignetting = 0.3, .colour_gain = {1.1, 1, 0.9}, .flicker = 0.05}};
   const ViewSettings upper{
-      "upper", 1, {.vignetting = 0.2, .exposure_time_s = 0.01, .shutter_samples = 5, .stamp_late_s = 0.02}};
+      "upper", 1, {.vignetting = 0.2, .exposure_time_s = 0.01, .shutter_samples = 5, .stamp_late_s = 0.02, .jpeg_quality = 85}};
   const KeyPlaces places{{"map.effects.shadows", "m.yaml:7"},
                          {"effects.slip", "r.yaml:3"},
                          {"effects.camera.vignetting", "r.yaml:4"},
@@ -212,6 +212,9 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
   EXPECT_EQ(row(table, "motion blur").cost, "5 images for one");
   EXPECT_EQ(row(table, "late stamps").reason, "r.yaml:8: stamp_late_s of upper");
   EXPECT_EQ(row(table, "late stamps").cost, "none");
+  EXPECT_EQ(row(table, "colour of the lamps").reason, "effects.camera.colour_gain: colour_gain of lower");
+  EXPECT_EQ(row(table, "flickering lamps").reason, "effects.camera.flicker: flicker of lower");
+  EXPECT_EQ(row(table, "JPEG").reason, "effects.camera.jpeg_quality: jpeg_quality of upper");
   EXPECT_EQ(row(table, "anti-aliasing").reason, "r.yaml:6: lower 3 x 3");
   EXPECT_EQ(row(table, "wheel slip").reason, "r.yaml:3: 0.01 of the way");
   EXPECT_EQ(row(table, "moving things").reason, "map.moving: trolley");

@@ -313,7 +313,10 @@ TEST(SettingsCheck, NamesEveryBadField) {
                            .shutter_samples = 1,
                            .distortion = {0.1},
                            .drop_probability = 1,
-                           .stamp_late_s = 0.501}};
+                           .stamp_late_s = 0.501,
+                           .colour_gain = {1.1, -0.2},
+                           .flicker = 1.01,
+                           .jpeg_quality = 101}};
   const auto complaint = [](const auto& settings) {
     return testing_support::error_of<std::invalid_argument>([&] { check(settings); });
   };
@@ -332,7 +335,9 @@ TEST(SettingsCheck, NamesEveryBadField) {
   for (const char* field :
        {"camera_name is empty", "antialias is 10, must be 1 to 9", "gain is 0", "needs full_well_electrons",
         "vignetting is 1.5", "shutter_samples is 1, must be 2 to 64", "distortion has 1 terms",
-        "distortion_focal_px is 0", "drop_probability is 1", "stamp_late_s is 0.501 s, must be 0 to 0.5"}) {
+        "distortion_focal_px is 0", "drop_probability is 1", "stamp_late_s is 0.501 s, must be 0 to 0.5",
+        "colour_gain has 2 numbers, must be 3", "colour_gain is -0.2", "flicker is 1.01, must be 0 to 1",
+        "jpeg_quality is 101, must be 0 to 100"}) {
     EXPECT_THAT(complaint(view), HasSubstr(field));
   }
 }

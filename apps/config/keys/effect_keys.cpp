@@ -20,6 +20,7 @@ constexpr Range kDefocusRange{.least = 0, .greatest = 50};
 constexpr Range kTimeRange{.least = 0, .greatest = 60};
 constexpr Range kSampleRange{.least = 2, .greatest = 64};
 constexpr Range kStampRange{.least = 0, .greatest = sim_povray::kMaxStampLate_s};
+constexpr Range kQualityRange{.least = 0, .greatest = 100};
 constexpr Range kShare{.least = 0, .greatest = 1};
 /// The greatest double below 1.
 constexpr Range kLossRange{
@@ -63,6 +64,9 @@ void for_each_key(const sim_povray::CameraEffects& /*of*/, const Visit& visit) {
   visit("drop_probability", {"share of frames that are lost", kNoUnit, kLossRange}, &E::drop_probability);
   visit("late_probability", {"share of frames that come one period late", kNoUnit, kLossRange}, &E::late_probability);
   visit("stamp_late_s", {"delay of the stamp after the exposure", kSeconds, kStampRange}, &E::stamp_late_s);
+  visit("colour_gain", {"factors on linear red, green and blue", kNoUnit, kGainRange}, &E::colour_gain);
+  visit("flicker", {"amplitude of the lamps' light, of its mean", kNoUnit, kShare}, &E::flicker);
+  visit("jpeg_quality", {"quality of the image's compression", kNoUnit, kQualityRange}, &E::jpeg_quality);
 }
 
 /// The key takes a pair, as in `rig:`. A simulated lens has only one focal length, so both must be equal.
@@ -86,8 +90,11 @@ bool read_value(Section& section, std::string_view key, const Quantity& quantity
   return section.whole(key, quantity, value, Need::kOptional);
 }
 bool read_value(Section& section, std::string_view key, const Quantity& quantity, std::vector<double>& values) {
-  constexpr std::size_t kCounts[] = {0, 4, 5};
-  return section.number_list(key, quantity, kCounts, values, Need::kOptional);
+  constexpr std::size_t kLensCounts[] = {0, 4, 5};
+  constexpr std::size_t kColourCounts[] = {0, 3};
+  const std::span<const std::size_t> counts =
+      key == "colour_gain" ? std::span<const std::size_t>(kColourCounts) : kLensCounts;
+  return section.number_list(key, quantity, counts, values, Need::kOptional);
 }
 
 YAML::Node value_of(double number) { return YAML::Node(text_of(number)); }

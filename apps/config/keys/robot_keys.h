@@ -87,10 +87,12 @@ void read_estimator(Section& root, EstimatorKeys& keys);
 /// Replaces `estimator:`. Default values are left out, and so is an empty section.
 void set_estimator(YAML::Node& robot, const EstimatorKeys& keys);
 
-// ---- numbers and comments as YAML
+// ---- the start of a written file
 
-/// Returns `line` as comments. A line break inside it must not end the comment.
-std::string commented(std::string line);
+/// Returns lines as comments. A line break inside one of them does not end the comment.
+std::string comments(const std::vector<std::string>& lines);
+
+// ---- numbers as YAML
 
 /// Returns the shortest text that reads back as the same number.
 inline std::string text_of(double number) { return fmt::format("{}", number); }

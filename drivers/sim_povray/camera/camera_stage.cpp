@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include "base/errors.h"
 #include "base/random.h"
+#include "drivers/sim_povray/camera/jpeg.h"
 #include "drivers/sim_povray/camera/light.h"
 
 namespace twocone::sim_povray {
@@ -20,6 +22,11 @@ int shutter_sample_count(const CameraEffects& effects) { return takes_time(effec
 
 bool has_distortion(const CameraEffects& effects) {
   return std::any_of(effects.distortion.begin(), effects.distortion.end(), [](double k) { return k != 0; });
+}
+
+/// Returns when the shutter of a row opens, from the opening of the first row's.
+double opens_s(const CameraEffects& effects, int row, int height_px) {
+  return effects.readout_s * (height_px > 1 ? row / (height_px - 1.0) : 0.5);
 }
 
 /// Returns the time of sample i of n: (i + 1/2) / n of the way from the first row's opening to the last row's closing.
@@ -38,14 +45,14 @@ std::vector<std::vector<int>> samples_of_rows(const CameraEffects& effects, int 
       open = {0};
       continue;
     }
-    const double opens_s = effects.readout_s * (height_px > 1 ? row / (height_px - 1.0) : 0.5);
-    const double closes_s = opens_s + effects.exposure_time_s;
+    const double begin_s = opens_s(effects, row, height_px);
+    const double end_s = begin_s + effects.exposure_time_s;
     int nearest = 0;
     double least_s = INFINITY;
     for (int i = 0; i < count; ++i) {
       const double time_s = sample_time_s(effects, i);
-      if (time_s >= opens_s && time_s <= closes_s) open.push_back(i);
-      const double apart_s = std::abs(time_s - (opens_s + closes_s) / 2);
+      if (time_s >= begin_s && time_s <= end_s) open.push_back(i);
+      const double apart_s = std::abs(time_s - (begin_s + end_s) / 2);
       if (apart_s < least_s) {
         least_s = apart_s;
         nearest = i;
@@ -97,6 +104,7 @@ struct Draws {
   std::uint64_t seed;
   std::string_view camera;
   std::uint64_t step;
+  std::chrono::nanoseconds now;
 
   [[nodiscard]] std::mt19937_64 engine(CameraPurpose purpose) const {
     return camera_engine(seed, purpose, camera, step);
@@ -106,13 +114,37 @@ struct Draws {
     std::mt19937_64 random = engine(purpose);
     return base::fraction(random) < probability;
   }
+  /// Returns the lamps' phase at time 0. It depends neither on the camera nor on the step.
+  [[nodiscard]] double lamp_phase_rad() const {
+    std::mt19937_64 random = camera_engine(seed, CameraPurpose::kFlicker, "", 0);
+    return 2 * std::numbers::pi * base::fraction(random);
+  }
 };
+
+/// Returns the lamps' light during the exposure of each row. Over an exposure T, the mean of cos(w t + phase) is
+/// sin(w T / 2) / (w T / 2) times its value in the middle.
+std::vector<float> light_of_rows(const CameraEffects& effects, const Draws& draws, int height_px) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  const double half_rad = kTurn * kLampFlicker_hz * effects.exposure_time_s / 2;
+  const double amplitude = effects.flicker * (half_rad > 0 ? std::sin(half_rad) / half_rad : 1);
+  const double first_s = std::chrono::duration<double>(draws.now).count() - effects.stamp_late_s - effects.readout_s -
+                         effects.exposure_time_s;
+  const double phase_rad = draws.lamp_phase_rad();
+  std::vector<float> gains;
+  for (int row = 0; row < height_px; ++row) {
+    const double middle_s = first_s + opens_s(effects, row, height_px) + effects.exposure_time_s / 2;
+    gains.push_back(static_cast<float>(1 + amplitude * std::cos(kTurn * kLampFlicker_hz * middle_s + phase_rad)));
+  }
+  return gains;
+}
 
 /// Runs the stages after the shutter. @param all true: also the stages that are at their neutral values
 Image run_stages(const CameraEffects& effects, Light light, const Draws& draws, bool all) {
   if (all || has_distortion(effects)) light = distorted(light, effects.distortion, effects.distortion_focal_px);
   if (all || effects.defocus_px > 0) light = defocused(light, effects.defocus_px);
   if (all || effects.vignetting > 0) vignette(light, effects.vignetting);
+  if (all || !effects.colour_gain.empty()) multiply_channels(light, effects.colour_gain);
+  if (all || effects.flicker > 0) multiply_rows(light, light_of_rows(effects, draws, light.height_px));
   if (all || effects.gain != 1) {
     const auto gain = static_cast<float>(effects.gain);
     for (float& value : light.values) value *= gain;
@@ -125,7 +157,7 @@ Image run_stages(const CameraEffects& effects, Light light, const Draws& draws, 
         effects.read_noise_electrons > 0 ? effects.read_noise_electrons / effects.full_well_electrons : 0;
     add_read_noise(light, sigma, Normal(draws.engine(CameraPurpose::kReadNoise)));
   }
-  return to_image(light);
+  return effects.jpeg_quality > 0 ? through_jpeg(to_image(light), effects.jpeg_quality) : to_image(light);
 }
 
 }  // namespace
@@ -134,7 +166,8 @@ bool takes_time(const CameraEffects& effects) { return effects.exposure_time_s >
 
 bool changes_pixels(const CameraEffects& effects) {
   return takes_time(effects) || has_distortion(effects) || effects.defocus_px > 0 || effects.vignetting > 0 ||
-         effects.gain != 1 || effects.full_well_electrons > 0 || effects.read_noise_electrons > 0;
+         effects.gain != 1 || effects.full_well_electrons > 0 || effects.read_noise_electrons > 0 ||
+         !effects.colour_gain.empty() || effects.flicker > 0 || effects.jpeg_quality > 0;
 }
 
 std::vector<std::chrono::nanoseconds> shutter_samples_before(const CameraEffects& effects) {
@@ -153,28 +186,29 @@ std::chrono::nanoseconds capture_before(const CameraEffects& effects) {
 }
 
 Image develop(const CameraEffects& effects, const std::vector<std::shared_ptr<const Image>>& shutter_samples,
-              std::uint64_t seed, std::string_view camera, std::uint64_t step) {
+              std::uint64_t seed, std::string_view camera, std::uint64_t step, std::chrono::nanoseconds now) {
   check(effects, shutter_samples);
   if (!changes_pixels(effects)) return *shutter_samples.front();
   std::vector<const Image*> images;
   images.reserve(shutter_samples.size());
   for (const auto& image : shutter_samples) images.push_back(image.get());
   Light light = mean_light(images, samples_of_rows(effects, images.front()->height_px));
-  return run_stages(effects, std::move(light), {seed, camera, step}, false);
+  return run_stages(effects, std::move(light), {seed, camera, step, now}, false);
 }
 
 Image pass_through(const Image& image) {
-  CameraEffects neutral{.distortion = {0, 0, 0, 0, 0}, .distortion_focal_px = double(image.width_px)};
+  CameraEffects neutral{
+      .distortion = {0, 0, 0, 0, 0}, .distortion_focal_px = double(image.width_px), .colour_gain = {1, 1, 1}};
   const std::vector<std::vector<int>> each_row_of_both(static_cast<std::size_t>(image.height_px), {0, 1});
-  return run_stages(neutral, mean_light({&image, &image}, each_row_of_both), {0, "", 0}, true);
+  return run_stages(neutral, mean_light({&image, &image}, each_row_of_both), {0, "", 0, {}}, true);
 }
 
 bool drops(const CameraEffects& effects, std::uint64_t seed, std::string_view camera, std::uint64_t step) {
-  return Draws{seed, camera, step}.happens(effects.drop_probability, CameraPurpose::kDrop);
+  return Draws{seed, camera, step, {}}.happens(effects.drop_probability, CameraPurpose::kDrop);
 }
 
 bool is_late(const CameraEffects& effects, std::uint64_t seed, std::string_view camera, std::uint64_t step) {
-  return Draws{seed, camera, step}.happens(effects.late_probability, CameraPurpose::kLate);
+  return Draws{seed, camera, step, {}}.happens(effects.late_probability, CameraPurpose::kLate);
 }
 
 }  // namespace twocone::sim_povray

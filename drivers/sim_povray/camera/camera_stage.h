@@ -40,21 +40,27 @@ struct RowRange {
 
 /// Makes one image from its shutter samples. These stages are in linear light, in this order: each row becomes the mean
 /// of the shutter samples within its own shutter time (at least the nearest to its middle); lens distortion, defocus,
-/// vignetting, gain, shot noise, read noise. The result is then sRGB-coded again and rounded. Inactive stages are not
-/// computed: without effects the pixels are returned unchanged.
+/// vignetting, the lamps' colour and flicker, gain, shot noise, read noise. The result is then sRGB-coded again and
+/// rounded, and compressed. Inactive stages are not computed: without effects the pixels are returned unchanged.
+///
+/// Colour and flicker act on the image as a whole, although they belong to the lamps: these are the only light of a
+/// room, and the ambient part of its materials stands for their scattered light. The flicker's phase follows from the
+/// seed alone, so that all cameras of a robot see the same lamps.
 ///
 /// Noise is drawn from separate generators, one per purpose and camera and image, so that it depends neither on other
 /// effects nor on the order in which images are made. Shot noise: n ~ Normal(e, e) electrons for e expected ones
 /// (Poisson's variance; its skewness, 1/sqrt(e), is left out). Read noise: Normal(0, read_noise_electrons^2). Values
 /// are clipped to 0 and full scale, at the end only.
 /// @param shutter_samples in the number and order of shutter_samples_before(), all of one size, kRgb8
+/// @param now simulated time of the step, at which the last row's shutter closes (stamp_late_s earlier, with a late
+/// stamp)
 /// @throws std::invalid_argument for others
 [[nodiscard]] Image develop(const CameraEffects& effects,
                             const std::vector<std::shared_ptr<const Image>>& shutter_samples, std::uint64_t seed,
-                            std::string_view camera, std::uint64_t step);
+                            std::string_view camera, std::uint64_t step, std::chrono::nanoseconds now);
 
-/// Passes an image through every stage of develop(), each at its neutral value. The bytes stay equal, which shows that
-/// leaving the stages out changes nothing. @param image kRgb8
+/// Passes an image through every stage of develop() that has a neutral value, each at that value; compression has none.
+/// The bytes stay equal, which shows that leaving the stages out changes nothing. @param image kRgb8
 [[nodiscard]] Image pass_through(const Image& image);
 
 /// Returns whether the camera loses (delivers late) its frame of this step; each is drawn from a generator of its own.

@@ -212,6 +212,15 @@ Light defocused(const Light& sharp, double radius_px) {
   return out;
 }
 
+void multiply_channels(Light& light, std::span<const double> gains) {
+  for (std::size_t i = 0; i < light.values.size(); ++i) light.values[i] *= static_cast<float>(gains[i % 3]);
+}
+
+void multiply_rows(Light& light, std::span<const float> gains) {
+  const std::size_t row_size = std::size_t(light.width_px) * 3;
+  for (std::size_t i = 0; i < light.values.size(); ++i) light.values[i] *= gains[i / row_size];
+}
+
 void vignette(Light& light, double vignetting) {
   const double centre_column = (light.width_px - 1) / 2.0;
   const double centre_row = (light.height_px - 1) / 2.0;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <random>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -53,9 +54,14 @@ struct LensPoint {
 /// Multiplies by 1 - vignetting (r / r_corner)^2, r from the image's centre, r_corner to the corner pixel's centre.
 void vignette(Light& light, double vignetting);
 
+/// Multiplies red, green and blue by a factor each. @param gains three
+void multiply_channels(Light& light, std::span<const double> gains);
+/// Multiplies each row by a factor of its own. @param gains one for each row
+void multiply_rows(Light& light, std::span<const float> gains);
+
 /// Purposes of a camera's random engines. The numbers are part of every result's seed: never reuse one. The numbers of
 /// the world's own engines are below 101.
-enum class CameraPurpose : std::uint32_t { kShotNoise = 101, kReadNoise = 102, kDrop = 103, kLate = 104 };
+enum class CameraPurpose : std::uint32_t { kShotNoise = 101, kReadNoise = 102, kDrop = 103, kLate = 104, kFlicker = 105 };
 
 [[nodiscard]] std::mt19937_64 camera_engine(std::uint64_t seed, CameraPurpose purpose, std::string_view camera,
                                             std::uint64_t step);

@@ -102,10 +102,13 @@ struct Table {
         {"read noise", "read_noise_electrons", [](auto& e) { return e.read_noise_electrons > 0; }, "random numbers"},
         {"exposure and gain", "gain", [](auto& e) { return e.gain != 1; }, "a product per value"},
         {"vignetting", "vignetting", [](auto& e) { return e.vignetting > 0; }, "a product per value"},
+        {"colour of the lamps", "colour_gain", [](auto& e) { return !e.colour_gain.empty(); }, "a product per value"},
+        {"flickering lamps", "flicker", [](auto& e) { return e.flicker > 0; }, "a product per value"},
         {"defocus", "defocus_px", [](auto& e) { return e.defocus_px > 0; }, "a filter"},
         {"motion blur", "exposure_time_s", [](auto& e) { return e.exposure_time_s > 0; }, images},
         {"rolling shutter", "readout_s", [](auto& e) { return e.readout_s > 0; }, images},
         {"lens distortion", "distortion", [](auto& e) { return !e.distortion.empty(); }, "a look-up per pixel"},
+        {"JPEG", "jpeg_quality", [](auto& e) { return e.jpeg_quality > 0; }, "compression"},
         {"dropped frames", "drop_probability", [](auto& e) { return e.drop_probability > 0; }, "none"},
         {"late frames", "late_probability", [](auto& e) { return e.late_probability > 0; }, "none"},
         {"late stamps", "stamp_late_s", [](auto& e) { return e.stamp_late_s > 0; }, "none"}};
