@@ -156,7 +156,7 @@ void AdaptiveOfAPair(benchmark::State& state) {
   for (auto _ : state) {
     vision::FrameObservation observation = ranging.look(lab.images.lower, lab.images.upper);
     auto answer =
-        estimation::refine_adaptively(observation, landmarks_m, centres_px, {.enough_m = enough_m}, no_clock, 0);
+        estimation::refine_adaptively(observation, landmarks_m, {}, centres_px, {.enough_m = enough_m}, no_clock, 0);
     refined = observation.refined();
     if (answer.fix.verdict != localisation::FixVerdict::kOk) state.SkipWithError("no fix");
     benchmark::DoNotOptimize(answer.fix);

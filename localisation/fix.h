@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "base/shared_errors.h"
+
 namespace twocone::localisation {
 
 /// The reason why a position is given or withheld.
@@ -27,12 +29,6 @@ inline std::string_view to_string(FixVerdict verdict) {
                                                    "weak", "contradictory", "out_of_bounds"};
   return kNames.at(std::size_t(verdict));
 }
-
-/// The derivative of N numbers by the *shared errors*: the errors of what the robot believes (rig, map, wheels), which
-/// are the same in every frame. They are independent and have variance 1, so a column is the effect of one sigma of one
-/// error. No columns: what is believed is exact. All matrices that are used together have the same columns.
-template <int N>
-using BySharedErrors = Eigen::Matrix<double, N, Eigen::Dynamic>;
 
 /// The measurement of one landmark whose axis is at a known place in the world.
 struct LandmarkMeasurement {
@@ -65,6 +61,7 @@ struct Fix {
   BySharedErrors<3> by_shared;
   BySharedErrors<3> other_by_shared;
   /// Factor by which the covariances were multiplied because the measurements scatter more than their sigmas; 1: none.
+  /// What is added counts as own noise.
   double widening = 1;
   /// kWeak: unit vector of (x, y, heading) along which the measurements give no information to first order. The
   /// covariance is of first order across it. Along it, the covariance is the likelihood's mean square near the

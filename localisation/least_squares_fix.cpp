@@ -95,11 +95,14 @@ void widen(Fix& fix) {
   if (fix.degrees_of_freedom < kLeastWidening || !fix.covariance) return;
   if (chi_squared_tail(fix.chi_squared, fix.degrees_of_freedom) > kUsual) return;
   fix.widening = fix.chi_squared / fix.degrees_of_freedom;
-  for (auto* covariance : {&fix.covariance, &fix.other_covariance, &fix.own_covariance, &fix.other_own_covariance}) {
-    if (*covariance) **covariance *= fix.widening;
-  }
-  fix.by_shared *= std::sqrt(fix.widening);
-  fix.other_by_shared *= std::sqrt(fix.widening);
+  // The shared errors keep their sizes, so that they are the same in all frames: what is added counts as own noise.
+  const auto widen_one = [&](std::optional<Eigen::Matrix3d>& covariance, std::optional<Eigen::Matrix3d>& own) {
+    if (!covariance) return;
+    if (own) *own += (fix.widening - 1) * *covariance;
+    *covariance *= fix.widening;
+  };
+  widen_one(fix.covariance, fix.own_covariance);
+  widen_one(fix.other_covariance, fix.other_own_covariance);
 }
 
 /// Returns whether the fit of all measurements can be used with a widened covariance, because each is only a little
@@ -296,6 +299,41 @@ std::optional<Eigen::Matrix3d> pose_bound(const Pose& pose, std::span<const Eige
   const Eigen::Matrix3d bound = scale.asDiagonal() * symmetric * scale.asDiagonal();
   if (!bound.allFinite()) return std::nullopt;  // too large for a double
   return bound;
+}
+
+std::optional<Eigen::Matrix3d> shared_pose_bound(const Pose& pose, std::span<const InformedMeasurement> measurements) {
+  Eigen::Index count = 0;
+  for (const InformedMeasurement& m : measurements) {
+    count = std::max({count, m.by_shared.cols(), m.place_by_shared.cols()});
+  }
+  // The unknowns are the pose, then the shared errors with their prior.
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(3 + count, 3 + count);
+  information.bottomRightCorner(count, count).setIdentity();
+  std::vector<Eigen::Vector2d> landmarks_m;
+  std::vector<Eigen::Matrix2d> own;
+  for (const InformedMeasurement& m : measurements) {
+    landmarks_m.push_back(m.landmark_m);
+    own.push_back(m.information);
+    const Eigen::Vector2d to_m = m.landmark_m - Eigen::Vector2d(pose.x_m, pose.y_m);
+    const double range_m = to_m.norm();
+    if (range_m == 0) continue;  // it has no gradient
+    const Eigen::RowVector2d u = to_m.transpose() / range_m;
+    const Eigen::RowVector2d sideways(-u.y() / range_m, u.x() / range_m);
+    Eigen::MatrixXd j = Eigen::MatrixXd::Zero(2, 3 + count);
+    j.leftCols<3>() << -u, 0, -sideways, -1;
+    if (m.by_shared.cols() > 0) j.rightCols(count) += m.by_shared;
+    if (m.place_by_shared.cols() > 0) {
+      j.row(0).tail(count) += u * m.place_by_shared;
+      j.row(1).tail(count) += sideways * m.place_by_shared;
+    }
+    information += j.transpose() * m.information * j;
+  }
+  if (!pose_bound(pose, landmarks_m, own)) return std::nullopt;
+  const Eigen::MatrixXd inverse =
+      information.ldlt().solve(Eigen::MatrixXd::Identity(3 + count, 3 + count).leftCols<3>());
+  const Eigen::Matrix3d bound = inverse.topRows<3>();
+  if (!bound.allFinite() || !(bound.diagonal().minCoeff() > 0)) return std::nullopt;
+  return Eigen::Matrix3d((bound + bound.transpose()) / 2);
 }
 
 }  // namespace twocone::localisation

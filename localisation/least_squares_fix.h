@@ -79,4 +79,17 @@ Fix fix_by_least_squares(std::span<const LandmarkMeasurement> measurements);
 std::optional<Eigen::Matrix3d> pose_bound(const Pose& pose, std::span<const Eigen::Vector2d> landmarks_m,
                                           std::span<const Eigen::Matrix2d> information);
 
+/// What one view, or one sensor, measures of a landmark.
+struct InformedMeasurement {
+  Eigen::Vector2d landmark_m = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();  ///< on (range m, bearing rad); may be singular
+  BySharedErrors<2> by_shared{};                          ///< as in LandmarkMeasurement
+  BySharedErrors<2> place_by_shared{};
+};
+
+/// Computes the bound of (x, y, heading) at a pose where measurements have shared errors (Bayesian: the shared errors
+/// have the prior of variance 1, and the measurements may inform on them). Returns nothing where pose_bound() does, and
+/// without shared errors the same.
+std::optional<Eigen::Matrix3d> shared_pose_bound(const Pose& pose, std::span<const InformedMeasurement> measurements);
+
 }  // namespace twocone::localisation

@@ -12,8 +12,6 @@ namespace twocone::vision {
 
 using namespace calibration;  // NOLINT(google-build-using-namespace): the parts of which this file is the interface
 
-std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
-
 std::string_view to_string(CalibrationVerdict verdict) {
   constexpr std::array<std::string_view, 5> kNames{"ok", "no_solver", "too_few_frames", "too_few_landmarks",
                                                    "contradictory"};
@@ -198,7 +196,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
 
   const std::vector<std::size_t> seen = seen_landmarks(data);
   const auto free_numbers = [&settings, &data, &seen] {
-    return std::size_t(kSharedNumbers) - settings.held.size() + (data.model.landmark_sigma_m > 0 ? 2 * seen.size() : 0);
+    return std::size_t(kSharedNumbers) - settings.held.size() + (data.moves_landmarks ? 2 * seen.size() : 0);
   };
   const auto settle = [&] {
     for (int round = 0; round < kScaleRounds; ++round) {
@@ -234,7 +232,8 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
     result.wheel_scale = std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
   }
   take_parameters(data.model, state.unknowns, covariance, settings.held, result);
-  if (data.model.landmark_sigma_m > 0) take_landmark_shifts(data, state, covariance, seen, result);
+  if (data.moves_landmarks) take_landmark_shifts(problem.landmarks, state, covariance, seen, result);
+  take_belief(data.model, problem.landmarks, state, covariance, result);
   result.poses.resize(problem.frames.size());
   for (std::size_t i = 0; i < bundle.frames.size(); ++i) result.poses[bundle.frames[i]] = state.poses[i];
   const Shared numbers = data.model.numbers(state.unknowns);

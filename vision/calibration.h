@@ -16,15 +16,6 @@
 
 namespace twocone::vision {
 
-enum class Side { kLower, kUpper };
-std::string_view to_string(Side side);
-
-/// Returns the part of a rig, or of another pair with the members `lower` and `upper`, that belongs to one side.
-template <typename Parts>
-auto& of_view(Parts& parts, Side side) {
-  return side == Side::kLower ? parts.lower : parts.upper;
-}
-
 /// The sighting of a landmark in one view of one frame.
 struct LandmarkSighting {
   std::size_t landmark = 0;  ///< index into CalibrationProblem::landmarks
@@ -72,7 +63,9 @@ struct WheelBelief {
 /// Standard deviations of the prior, all > 0. Those of lengths are what a builder measures with a ruler, the others are
 /// the errors of careful assembly. A parameter that the data do not determine keeps its prior value, with this sigma.
 struct CalibrationPriors {
-  double length_m = 0.002;  ///< mirror radius, lens to tip, mirror separation, lens height
+  double length_m = 0.002;  ///< mirror radius, lens to tip
+  double mirror_separation_m = 0.002;
+  double lens_height_m = 0.002;
   double centre_px = 20;
   double rim_share = 0.2;        ///< share of the rim's radius in the image
   double azimuth_rad = 0.1;      ///< of the lower view, and of the upper relative to the lower
@@ -94,6 +87,7 @@ struct CalibrationPriors {
 struct CalibrationProblem {
   Rig rig;  ///< as believed before the calibration
   std::optional<WheelBelief> wheels;
+  /// Landmark::sigma is the prior of their places, tops and radii, which are estimated, too; 0: that number is trusted.
   std::vector<Landmark> landmarks;
   std::vector<CalibrationFrame> frames;
   std::optional<RimMeasurement> lower_rim, upper_rim;
@@ -114,8 +108,6 @@ struct CalibrationProblem {
   /// how much older both views' images are than their stamps.
   bool fit_timing = false;
   std::array<int, 2> height_px{};  ///< of the images, lower and upper; below 2: no readout of that view. >= 0
-  /// Standard deviation of the map, in x and y of each landmark. 0: the map is trusted, and landmarks stay in place.
-  double landmark_sigma_m = 0;
 };
 
 /// A parameter of the rig before and after the calibration, in the unit that its name states.
@@ -170,6 +162,13 @@ struct CalibrationResult {
   /// Shifts of the landmarks that were seen, in the map's order; empty where the map is trusted.
   std::vector<LandmarkShift> landmark_shifts;
   Eigen::MatrixXd landmark_covariance;  ///< joint, m^2: x and y of each of landmark_shifts
+  std::vector<Landmark> landmarks;      ///< those of the problem, with the estimated places, tops and radii
+  /// Joint covariance of all that is believed afterwards, of what was found and of what was kept: the rig's numbers
+  /// (RigNumber; the upper view's azimuth and offset are its own), then the kLandmarkNumbers of each of `landmarks`,
+  /// then the wheels' mean radius (m), their ratio and their separation (m). A number that was taken as exact has
+  /// variance 0.
+  Eigen::MatrixXd belief_covariance;
+  static constexpr int kWheelNumbers = 3;
   /// x m, y m, heading rad in the world for each frame of the problem: the pose at which its lower image with
   /// late_s = 0 was taken (earlier than the frame's time by the latency). Empty: the frame was dropped.
   std::vector<std::optional<Eigen::Vector3d>> poses;
@@ -202,8 +201,8 @@ bool can_calibrate();
 /// wheels' mean radius, the ratio of right to left radius, and their separation.
 /// A further unknown is the bias of the sightings of each landmark, of each of sixteen rings of the image, and of each
 /// landmark in each ring.
-/// On request: the landmarks' places and the times of exposure. Data: whitened pixels of near points; the motion
-/// measured by the wheels; rim circles; the priors.
+/// Where they are uncertain: the landmarks' places, tops and radii. On request: the times of exposure. Data: whitened
+/// pixels of near points; the motion measured by the wheels; rim circles; the priors.
 ///
 /// Observability:
 /// * r_m, R and d enter as v = (d / R + cot a) r_m. Landmarks determine v; only the rim circle determines r_m, and with
@@ -234,7 +233,7 @@ bool can_calibrate();
 /// @throws std::invalid_argument naming each value outside its domain: a landmark's index, place, top or radius, a
 /// pixel that is not finite, a covariance that is not positive definite, priors and wheels that are not > 0, wheel
 /// readings that are not finite or run backwards, twists and times that are not finite, a rim's circle or sigmas, a
-/// systematic_px, landmark_sigma_m or height_px that is not >= 0
+/// systematic_px or height_px that is not >= 0
 CalibrationResult calibrate(const CalibrationProblem& problem);
 
 /// A landmark's shift minus the shift that the best common translation, rotation and scale of the other landmarks

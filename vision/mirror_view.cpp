@@ -274,6 +274,8 @@ Eigen::Vector2d MirrorView::offset_px(double bearing_rad, double radius_px) cons
   return {radius_px * std::cos(turn), radius_px * std::sin(turn)};
 }
 
+std::string_view to_string(Side side) { return side == Side::kLower ? "lower" : "upper"; }
+
 double Rig::mirror_separation_m() const {
   const auto tip_height = [](const MirrorView& view) {
     return view.settings().lens_height_m + view.settings().cone.lens_to_tip_m;

@@ -4,6 +4,7 @@
 #include <array>
 #include <numbers>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -183,6 +184,16 @@ class MirrorView {
   double cos_azimuth_;
   double sin_azimuth_;
 };
+
+enum class Side { kLower, kUpper };
+/// Returns lower or upper.
+std::string_view to_string(Side side);
+
+/// Returns the part of a rig, or of another pair with the members `lower` and `upper`, that belongs to one side.
+template <typename Parts>
+auto& of_view(Parts& parts, Side side) {
+  return side == Side::kLower ? parts.lower : parts.upper;
+}
 
 /// The two mirrors of one robot, one above the other, on one axis except for their tilts and offsets.
 struct Rig {

@@ -38,12 +38,16 @@ void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper)
   bad.raise("method outline");
 }
 
+// Views that differ by more sigmas of rig and map than this do not show the same landmark: by chance once in 700 cases.
+constexpr double kBeliefSigmas = 3;
+
 /// The state of one landmark of a frame.
 struct Seen {
   std::array<OutlineSearch, 2> looks;
   std::array<std::optional<Sighting>, 2> found;
   bool has_rivals = false;
-  bool is_too_wide = false;  ///< Rivals::kBeside in one view
+  bool is_too_wide = false;              ///< Rivals::kBeside in one view
+  std::array<double, 2> width_doubts{};  ///< as for ViewFitter::judge()
   std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
   std::optional<Cylinder> expected;
 };
@@ -58,20 +62,36 @@ std::string_view to_string(Stage stage) {
 
 struct OutlineRanging::Impl {
   Impl(const Rig& the_rig, const std::vector<Landmark>& all, cv::Size lower_size, cv::Size upper_size,
-       const std::vector<std::size_t>& which)
+       const std::vector<std::size_t>& which, const BeliefErrors& errors)
       : rig(the_rig),
+        belief(the_rig, errors.rig),
+        by_shared(errors.landmarks.empty() ? std::vector<BySharedErrors<kLandmarkNumbers>>(all.size())
+                                           : errors.landmarks),
         targets(all),
         table(colours_of(all)),
         views{ViewFitter(rig.lower, lower_size, table), ViewFitter(rig.upper, upper_size, table)},
         wanted(all.size(), which.empty()) {
     check(targets, lower_size, upper_size);
+    if (by_shared.size() != targets.size()) {
+      throw base::InvalidArgument("method outline: errors of {} landmarks, must be of {}", by_shared.size(),
+                                  targets.size());
+    }
     for (const std::size_t k : which) wanted.at(k) = true;
     for (const Landmark& target : targets) {
       least_px.push_back({least_area_px(rig.lower, target), least_area_px(rig.upper, target)});
     }
   }
 
+  /// @param lower,upper null where the view does not show the landmark
+  [[nodiscard]] Triangulation place(std::size_t k, const Sighting* lower, const Sighting* upper,
+                                    const std::optional<double>& top_m) const {
+    return triangulate(belief, by_shared[k], lower, upper, targets[k].radius_m, top_m);
+  }
+  [[nodiscard]] bool is_exact(std::size_t k) const { return belief.is_exact() && by_shared[k].cols() == 0; }
+
   Rig rig;
+  UncertainRig belief;
+  std::vector<BySharedErrors<kLandmarkNumbers>> by_shared;  ///< of each target
   std::vector<Landmark> targets;
   ColourTable table;
   std::array<ViewFitter, 2> views;
@@ -98,24 +118,49 @@ struct FrameObservation::Impl {
     return looks;
   }
 
+  /// Returns the place of a candidate by its view alone, where rig and map are not known exactly.
+  [[nodiscard]] std::optional<Triangulation> alone_in(std::size_t k, std::size_t view,
+                                                      const Candidate& candidate) const {
+    if (ranging.is_exact(k) || candidate.at_rim) return std::nullopt;
+    const Landmark& target = ranging.targets[k];
+    const auto sighting = ranging.views[view].found(candidate, target.radius_m, target.top_m);
+    if (!sighting) return std::nullopt;
+    const bool is_lower = view == 0;
+    Triangulation alone =
+        ranging.place(k, is_lower ? &*sighting : nullptr, is_lower ? nullptr : &*sighting, target.top_m);
+    return alone.range_m ? std::optional(std::move(alone)) : std::nullopt;
+  }
+
   /// Chooses the candidates of both views that may be one landmark.
   void choose(std::size_t k, const std::array<const Found*, 2>& found) {
     Seen& seen = all[k];
     if (ranging.table.is_ambiguous(k)) return;
     std::array<const Candidate*, 2> chosen{};
+    const Eigen::Index errors = std::max(ranging.belief.errors(), ranging.by_shared[k].cols());
+    std::array<Eigen::RowVectorXd, 2> by_shared{Eigen::RowVectorXd::Zero(errors), Eigen::RowVectorXd::Zero(errors)};
     const auto& views = ranging.views;
     const Landmark& target = ranging.targets[k];
     for (std::size_t view = 0; view < 2; ++view) {
       if (found[view]->candidates.empty()) continue;
       chosen[view] = &found[view]->candidates.front();
-      const Rivals rivals = rivals_of(views[view], target, *found[view], ranging.least_px[k][view]);
+      const std::optional<Triangulation> alone = alone_in(k, view, *chosen[view]);
+      if (alone) {
+        const double by_range = alone->by_shared.row(0).norm() / *alone->range_m;
+        const double by_radius = ranging.by_shared[k].row(kRadius).norm() / target.radius_m;
+        // The width is the image radius times 2 r / range, and an error of the image radius changes both: the sum of
+        // both effects is less than twice that of the range.
+        seen.width_doubts[view] = std::hypot(2 * by_range, by_radius);
+        by_shared[view] = alone->by_shared.row(1);
+      }
+      const Rivals rivals =
+          rivals_of(views[view], target, *found[view], ranging.least_px[k][view], seen.width_doubts[view]);
       seen.has_rivals = seen.has_rivals || rivals == Rivals::kApart;
       seen.is_too_wide = seen.is_too_wide || rivals == Rivals::kBeside;
     }
-    if (chosen[0] != nullptr && chosen[1] != nullptr &&
-        std::abs(base::wrap_angle_rad(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]))) >
-            kSameBearing_rad) {
-      seen.has_rivals = true;
+    if (chosen[0] != nullptr && chosen[1] != nullptr) {
+      const double doubt_rad = ranging.is_exact(k) ? 0 : kBeliefSigmas * (by_shared[0] - by_shared[1]).norm();
+      const double apart_rad = base::wrap_angle_rad(views[0].bearing_of(*chosen[0]) - views[1].bearing_of(*chosen[1]));
+      if (std::abs(apart_rad) > kSameBearing_rad + doubt_rad) seen.has_rivals = true;
     }
     if (seen.has_rivals) return;
 
@@ -178,7 +223,7 @@ struct FrameObservation::Impl {
       sightings[view].pixel_px = ranging.views[view].pixel_of(*look.candidate);
     }
     const auto place = [&](const std::optional<double>& top_m) {
-      return triangulate(ranging.rig, sightings.data(), &sightings[1], target.radius_m, top_m);
+      return ranging.place(k, sightings.data(), &sightings[1], top_m);
     };
     EdgeSamples own_samples;
     // The first height is as accurate as the finder's pixels, the second as accurate as the outlines.
@@ -226,8 +271,8 @@ struct FrameObservation::Impl {
     if (lower.sighting) m.lower_px = lower.sighting->pixel_px;
     if (upper.sighting) m.upper_px = upper.sighting->pixel_px;
     const Landmark& target = ranging.targets[k];
-    const Triangulation t = triangulate(ranging.rig, lower.sighting ? &*lower.sighting : nullptr,
-                                        upper.sighting ? &*upper.sighting : nullptr, target.radius_m, target.top_m);
+    const Triangulation t = ranging.place(k, lower.sighting ? &*lower.sighting : nullptr,
+                                          upper.sighting ? &*upper.sighting : nullptr, target.top_m);
     m.verdict = t.verdict;
     const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
     // An outline is missing or not whole: either something hides it, or the map is wrong.
@@ -256,6 +301,8 @@ struct FrameObservation::Impl {
     m.range_m = t.range_m;
     m.bearing_rad = t.bearing_rad;
     m.covariance = t.covariance;
+    m.own_covariance = t.own_covariance;
+    m.by_shared = t.by_shared;
     m.disparity_px = t.disparity_px;
     if (t.covariance) {
       m.sigma_range_m = std::sqrt((*t.covariance)(0, 0));
@@ -307,8 +354,12 @@ int FrameObservation::refined() const {
 }
 
 std::vector<RangeMeasurement> FrameObservation::measurements() const {
-  const std::array<std::vector<OutlineVerdict>, 2> judged{ViewFitter::judge(impl_->looks(0)),
-                                                          ViewFitter::judge(impl_->looks(1))};
+  const auto judged_in = [&](std::size_t view) {
+    std::vector<double> doubts;
+    for (const Seen& seen : impl_->all) doubts.push_back(seen.width_doubts[view]);
+    return ViewFitter::judge(impl_->looks(view), doubts);
+  };
+  const std::array<std::vector<OutlineVerdict>, 2> judged{judged_in(0), judged_in(1)};
   std::vector<RangeMeasurement> measurements;
   for (std::size_t k = 0; k < impl_->all.size(); ++k) {
     std::array<OutlineVerdict, 2> both;
@@ -322,8 +373,8 @@ std::vector<RangeMeasurement> FrameObservation::measurements() const {
 }
 
 OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size,
-                               cv::Size upper_size, const std::vector<std::size_t>& wanted)
-    : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted)) {}
+                               cv::Size upper_size, const std::vector<std::size_t>& wanted, const BeliefErrors& errors)
+    : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted, errors)) {}
 
 FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper) const {
   return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper));

@@ -10,6 +10,7 @@
 
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
+#include "vision/uncertain_rig.h"
 
 namespace twocone::vision {
 
@@ -93,11 +94,12 @@ class OutlineRanging {
  public:
   /// @param wanted indices of the targets to search for; empty: all. The hues of the others are still distinguished
   /// from theirs, and the verdict of the others is kNotSeen.
+  /// @param errors of rig and targets, which count in covariances and in all comparisons of the views
   /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue, or whose radius or top is
   /// not > 0, or whose greatest range is not greater than the radius; std::out_of_range for a wanted index that is not
   /// a target
   OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
-                 const std::vector<std::size_t>& wanted = {});
+                 const std::vector<std::size_t>& wanted = {}, const BeliefErrors& errors = {});
 
   /// Runs the finder on both images. @param lower,upper as for measure()
   [[nodiscard]] FrameObservation look(const cv::Mat& lower, const cv::Mat& upper) const;

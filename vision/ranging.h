@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "base/plane.h"
+#include "base/shared_errors.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
 
@@ -66,7 +67,10 @@ struct RangeMeasurement {
   std::optional<Eigen::Vector2d> lower_px;  ///< column, row of the match
   std::optional<Eigen::Vector2d> upper_px;
   std::optional<Eigen::Matrix2d> covariance;  ///< of (range m, bearing rad), where the method states one
-  std::optional<Sighting> lower_sighting;     ///< where the method makes them
+  /// The part of `covariance` that the images' noise causes. The rest is by_shared by_shared^T.
+  std::optional<Eigen::Matrix2d> own_covariance;
+  BySharedErrors<2> by_shared;  ///< of measured minus true (range m, bearing rad), by errors of rig and landmark
+  std::optional<Sighting> lower_sighting;  ///< where the method makes them
   std::optional<Sighting> upper_sighting;
 };
 

@@ -19,7 +19,6 @@ namespace twocone::vision {
 namespace {
 
 constexpr int kRimDirections = 360;
-constexpr double kSearch = 0.2;  // share of the expected radius, to either side
 constexpr int kSamplesPerPixel = 4;
 constexpr double kMinStep = 4;     // grey levels: a smaller step is noise
 constexpr double kClearStep = 12;  // grey levels: three times a noise of 4, which is strong
@@ -30,20 +29,28 @@ constexpr int kRimIterations = 30;
 // The interpolation spreads the step from the last lit pixel over the diagonals of two pixels.
 constexpr auto kSpread = std::size_t{3} * kSamplesPerPixel;
 
+/// Where a rim is searched.
+struct RimSearch {
+  RimCircle about;
+  double share;  ///< of the radius, to either side
+};
+
 /// Brightness along one direction, outwards.
 struct Profile {
   std::vector<double> grey;  ///< samples of the search and a little beyond it, as far as the image extends
   std::size_t searched = 0;  ///< number of samples that belong to the search
 };
 
-Profile profile_along(const cv::Mat& grey, const RimCircle& about, const Eigen::Vector2d& out) {
+Profile profile_along(const cv::Mat& grey, const RimSearch& where, const Eigen::Vector2d& out) {
+  const RimCircle& about = where.about;
   // The search is never longer than this, whatever radius is expected.
   const double longest = 2.0 * (grey.cols + grey.rows);
-  const auto search = std::size_t(std::min(2 * kSearch * about.radius_px, longest) * kSamplesPerPixel);
+  const auto search = std::size_t(std::min(2 * where.share * about.radius_px, longest) * kSamplesPerPixel);
   std::vector<double> profile;
   // Samples behind the search show whether an image that gets dark at the very end of the search stays dark.
   for (std::size_t i = 0; i < search + 2 * kSpread; ++i) {
-    const Eigen::Vector2d p = about.centre_px + out * (about.radius_px * (1 - kSearch) + double(i) / kSamplesPerPixel);
+    const Eigen::Vector2d p =
+        about.centre_px + out * (about.radius_px * (1 - where.share) + double(i) / kSamplesPerPixel);
     const auto brightness = bilinear<std::uint8_t>(grey, p);
     if (!brightness) break;
     profile.push_back(*brightness);
@@ -92,16 +99,17 @@ enum class Edges {
   kAll,
 };
 
-std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimCircle& about, Edges which,
+std::vector<Eigen::Vector2d> strongest_edges(const cv::Mat& grey, const RimSearch& where, Edges which,
                                              double least = kMinStep) {
+  const RimCircle& about = where.about;
   std::vector<Eigen::Vector2d> edges;
   for (int i = 0; i < kRimDirections; ++i) {
     const double angle_rad = 2 * std::numbers::pi * i / kRimDirections;
     const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
-    const Profile profile = profile_along(grey, about, out);
+    const Profile profile = profile_along(grey, where, out);
     const auto step = strongest_step(profile.grey, which == Edges::kAll ? profile.searched : lit(profile), least);
     if (!step) continue;
-    edges.emplace_back(about.centre_px + out * (about.radius_px * (1 - kSearch) + *step / kSamplesPerPixel));
+    edges.emplace_back(about.centre_px + out * (about.radius_px * (1 - where.share) + *step / kSamplesPerPixel));
   }
   return edges;
 }
@@ -110,10 +118,13 @@ bool are_enough(const std::vector<Eigen::Vector2d>& edges) {
   return double(edges.size()) >= kRimDirections * kLeastRimSupport;
 }
 
-cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
+cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected, double search_share) {
   if (rgb.type() != CV_8UC3) throw std::invalid_argument("find_rim: the image must be of type CV_8UC3 (r g b)");
   if (!(expected.radius_px > 0) || !std::isfinite(expected.radius_px) || !expected.centre_px.allFinite()) {
     throw std::invalid_argument("find_rim: expected.radius_px must be > 0, and centre and radius finite");
+  }
+  if (!(search_share > 0 && search_share < 1)) {
+    throw std::invalid_argument("find_rim: search_share must be > 0 and < 1");
   }
   cv::Mat grey;
   cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
@@ -121,7 +132,8 @@ cv::Mat checked_grey(const cv::Mat& rgb, const RimCircle& expected) {
 }
 
 /// Fits a circle to most of the edges.
-std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, const RimCircle& expected) {
+std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, const RimSearch& where) {
+  const RimCircle& expected = where.about;
   if (!are_enough(edges)) return std::nullopt;
   RimCircle circle = expected;
   std::vector<double> radii;
@@ -131,7 +143,7 @@ std::optional<RimCircle> circle_of(const std::vector<Eigen::Vector2d>& edges, co
 
   // Gauss-Newton on the distance to the circle, with Cauchy weights whose scale shrinks to a pixel.
   for (int iteration = 0; iteration < kRimIterations; ++iteration) {
-    const double scale_px = std::max(kInlier_px, kSearch * expected.radius_px / (1 << std::min(iteration, 10)));
+    const double scale_px = std::max(kInlier_px, where.share * expected.radius_px / (1 << std::min(iteration, 10)));
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (const auto& e : edges) {
@@ -211,15 +223,17 @@ std::vector<Edge> edges_about(const cv::Mat& grey, const RimCircle& circle, int 
 
 }  // namespace
 
-std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected) {
-  const cv::Mat grey = checked_grey(rgb, expected);
-  const auto rim = circle_of(strongest_edges(grey, expected, Edges::kLit), expected);
+std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected, double search_share) {
+  const cv::Mat grey = checked_grey(rgb, expected, search_share);
+  const RimSearch where{expected, search_share};
+  const auto rim = circle_of(strongest_edges(grey, where, Edges::kLit), where);
   // In front of a dark background, the rim of a mirror is where the dark begins.
-  return rim ? rim : circle_of(strongest_edges(grey, expected, Edges::kAll), expected);
+  return rim ? rim : circle_of(strongest_edges(grey, where, Edges::kAll), where);
 }
 
 bool rim_may_show(const cv::Mat& rgb, const RimCircle& expected) {
-  return are_enough(strongest_edges(checked_grey(rgb, expected), expected, Edges::kLit, kClearStep));
+  return are_enough(
+      strongest_edges(checked_grey(rgb, expected, kRimSearch), {expected, kRimSearch}, Edges::kLit, kClearStep));
 }
 
 cv::Mat median_image(std::span<const cv::Mat> images) {
@@ -245,8 +259,8 @@ cv::Mat median_image(std::span<const cv::Mat> images) {
   return median;
 }
 
-std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected) {
-  auto circle = find_rim(rgb, expected);
+std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected, double search_share) {
+  auto circle = find_rim(rgb, expected, search_share);
   if (!circle) return std::nullopt;
   // Coded values would move an edge by a quarter of a pixel.
   const cv::Mat grey = linear_grey(rgb);

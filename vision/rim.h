@@ -17,10 +17,13 @@ struct RimCircle {
   double support = 0;  ///< share of the directions from the centre whose edge lies within a pixel of the circle, 0 to 1
 };
 
-/// Searches for the rim within a fifth of `expected`'s radius about it: finds the strongest step of brightness along
-/// each of 360 directions, then the circle that fits most of those edges (least squares, with less weight the farther
-/// an edge is from the circle). Returns nothing where no circle agrees with more than a third of the directions (an
-/// even background, an image without mirror).
+/// The share of the expected radius within which a rim is searched, to either side.
+constexpr double kRimSearch = 0.2;
+
+/// Searches for the rim within `search_share` of `expected`'s radius about it: finds the strongest step of brightness
+/// along each of 360 directions, then the circle that fits most of those edges (least squares, with less weight the
+/// farther an edge is from the circle). Returns nothing where no circle agrees with more than a third of the directions
+/// (an even background, an image without mirror).
 ///
 /// Edges at which the image gets dark and stays dark to the end of the search count only where the others make no
 /// circle. An image may hold only the mirror and its nearest surroundings, and the end of these is not the rim; but a
@@ -28,9 +31,9 @@ struct RimCircle {
 ///
 /// The accuracy is sub-pixel where the step is sharp, but it depends on the contrast between rim and background: this
 /// is a check, not a calibration.
-/// @param rgb CV_8UC3. @throws std::invalid_argument for another type, an `expected.radius_px` that is not > 0, and
-/// numbers of `expected` that are not finite
-std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected);
+/// @param rgb CV_8UC3. @throws std::invalid_argument for another type, an `expected.radius_px` that is not > 0, numbers
+/// of `expected` that are not finite, and a `search_share` outside (0, 1)
+std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected, double search_share = kRimSearch);
 
 /// Returns whether brightness changes clearly, by 12 grey levels, in a third of the directions in which find_rim()
 /// searches. Edges where the image gets dark to the end of the search do not count. If this is false, no conclusion
@@ -64,7 +67,8 @@ cv::Mat median_image(std::span<const cv::Mat> images);
 /// from noise.
 /// @param rgb median_image(), sRGB-coded
 /// @returns nothing where find_rim() gives nothing. @throws std::invalid_argument as find_rim()
-std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected);
+std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& expected,
+                                          double search_share = kRimSearch);
 constexpr double kLeastRimSigma_px = 0.05;
 
 constexpr double kLeastTipSigma_px = 0.1;

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 #include "base/errors.h"
@@ -28,13 +29,35 @@ constexpr double kLastStepInSigmas = 1e-6;
 // Number of roundings of a pixel in project().
 constexpr double kRoundings = 64;
 
-/// A view with its sighting and the whitener W, W^T W = covariance^-1.
-struct ViewSighting {
-  const MirrorView* view;
-  const Sighting* sighting;
-  Eigen::Matrix2d whiten;
+/// What is uncertain; nulls where rig and landmark are known exactly.
+struct Belief {
+  const UncertainRig* rig = nullptr;
+  const BySharedErrors<kLandmarkNumbers>* landmark = nullptr;
+
+  [[nodiscard]] Eigen::Index errors() const { return rig == nullptr ? 0 : std::max(rig->errors(), landmark->cols()); }
+  [[nodiscard]] bool is_exact() const { return errors() == 0; }
+  [[nodiscard]] double edge_variance_px2(Side side) const {
+    return rig == nullptr || rig->is_exact() ? 0 : rig->edge_variance_px2(side);
+  }
 };
 
+struct ViewSighting {
+  Side side;
+  const MirrorView* view;
+  const Sighting* sighting;
+};
+
+/// The errors of the pixels of one view or two, column and row each; unused rows and columns are those of the identity.
+struct PixelErrors {
+  /// Of the sightings' own noise.
+  Eigen::Matrix4d own = Eigen::Matrix4d::Identity();
+  /// Of the shared errors: true minus believed pixel.
+  BySharedErrors<4> by_shared{};
+  /// The inverse of the lower Cholesky factor of own + by_shared by_shared^T.
+  Eigen::Matrix4d whiten = Eigen::Matrix4d::Identity();
+};
+
+/// Returns the inverse of the lower Cholesky factor.
 Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
   const Eigen::Matrix2d& c = sighting.covariance_px2;
   const double determinant = c(0, 0) * c(1, 1) - c(0, 1) * c(1, 0);
@@ -44,7 +67,6 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
         "triangulate: the {} sighting's covariance is [{}, {}; {}, {}] px^2, must be positive definite", view, c(0, 0),
         c(0, 1), c(1, 0), c(1, 1));
   }
-  // W is the inverse of the lower Cholesky factor.
   const double l00 = std::sqrt(c(0, 0));
   const double l10 = c(1, 0) / l00;
   const double l11 = std::sqrt(determinant) / l00;
@@ -54,7 +76,7 @@ Eigen::Matrix2d whitener(const Sighting& sighting, const char* view) {
 }
 
 /// Returns the sighting's radius in the undistorted image; nothing where no place in the world gives such a pixel.
-std::optional<double> radius_of(const ViewSighting& seen) {
+std::optional<double> radius_of(const ViewSighting& seen, const Belief& belief) {
   const MirrorViewSettings& s = seen.view->settings();
   const auto undistorted = seen.view->undistort_px(seen.sighting->pixel_px);
   if (!undistorted || !undistorted->allFinite()) return std::nullopt;
@@ -62,7 +84,8 @@ std::optional<double> radius_of(const ViewSighting& seen) {
   const double radius_px = offset.norm();
   if (!(radius_px > 0)) return std::nullopt;
   const Eigen::Vector2d outwards = offset / radius_px;
-  const double sigma_px = std::sqrt(outwards.dot(seen.sighting->covariance_px2 * outwards));
+  const double sigma_px =
+      std::sqrt(outwards.dot(seen.sighting->covariance_px2 * outwards) + belief.edge_variance_px2(seen.side));
   if (radius_px > s.rim_radius_px + kMinSigmas * sigma_px) return std::nullopt;
   return radius_px;
 }
@@ -83,6 +106,7 @@ struct Fit {
   using Step = Eigen::Matrix<double, n, 1>;
 
   std::span<const ViewSighting> views;
+  const Eigen::Matrix4d& whiten;
   double radius_m;
   double offset_m;     ///< d of the inverse range
   double reference_m;  ///< height to which slopes refer
@@ -126,10 +150,12 @@ struct Fit {
         by_unknowns.col(0) += shown->jacobian.col(2) * (x.slope * range_by_u);
         by_unknowns.col(2) = shown->jacobian.col(2) / x.inverse_per_m;
       }
-      residual.template segment<2>(row) = seen.whiten * (seen.sighting->pixel_px - shown->pixel_px);
-      rows.template middleRows<2>(row) = seen.whiten * by_unknowns;
+      residual.template segment<2>(row) = seen.sighting->pixel_px - shown->pixel_px;
+      rows.template middleRows<2>(row) = by_unknowns;
       row += 2;
     }
+    residual = (whiten * residual).eval();
+    rows = (whiten * rows).eval();
     return true;
   }
 
@@ -141,11 +167,9 @@ struct Fit {
 
   /// Returns the rounding error of a residual, in sigmas.
   [[nodiscard]] double rounding_in_sigmas() const {
-    double most = 0;
-    for (const ViewSighting& seen : views) {
-      most = std::max(most, (seen.whiten * seen.sighting->pixel_px).cwiseAbs().maxCoeff());
-    }
-    return kRoundings * kEpsilon * most;
+    Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
+    for (std::size_t i = 0; i < views.size(); ++i) pixels.segment<2>(2 * Eigen::Index(i)) = views[i].sighting->pixel_px;
+    return kRoundings * kEpsilon * (whiten * pixels).cwiseAbs().maxCoeff();
   }
 };
 
@@ -165,9 +189,10 @@ bool factorise(const Eigen::Matrix<double, 4, n>& rows, Eigen::Vector4d& residua
   return true;
 }
 
-/// Runs Gauss-Newton from `x`, then fills in the answer and its verdict. `answer` holds the fields set before the fit.
+/// Runs Gauss-Newton from `x`, which becomes the answer, then fills in the answer and its verdict. `answer` holds the
+/// fields set before the fit.
 template <int n>
-void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation& answer) {
+void solve(const Fit<n>& fit, Unknowns& x, int degrees_of_freedom, const PixelErrors& errors, Triangulation& answer) {
   typename Fit<n>::Residual residual;
   typename Fit<n>::Rows rows;
   answer.degrees_of_freedom = degrees_of_freedom;
@@ -222,13 +247,26 @@ void solve(const Fit<n>& fit, Unknowns x, int degrees_of_freedom, Triangulation&
   const Eigen::Vector2d by_unknowns(-1 / (x.inverse_per_m * x.inverse_per_m), 1);
   const Eigen::Matrix<double, 2, n> root_of_both = by_unknowns.asDiagonal() * root.template topRows<2>();
   answer.covariance = root_of_both * root_of_both.transpose();
+  answer.own_covariance = answer.covariance;
+  if (errors.by_shared.cols() == 0) return;
+  // The answer's derivative by the pixels: R^-1 Q^T W of the whitened rows J = Q R.
+  fit.evaluate(x, residual, rows);
+  const Eigen::HouseholderQR<typename Fit<n>::Rows> qr(rows);
+  const Eigen::Matrix<double, 4, n> basis = qr.householderQ() * Eigen::Matrix<double, 4, n>::Identity();
+  const Eigen::Matrix<double, n, n> own_upper =
+      qr.matrixQR().template topRows<n>().template triangularView<Eigen::Upper>();
+  const Eigen::Matrix<double, n, 4> by_pixels =
+      own_upper.template triangularView<Eigen::Upper>().solve(basis.transpose() * errors.whiten);
+  const Eigen::Matrix<double, 2, 4> gain = by_unknowns.asDiagonal() * by_pixels.template topRows<2>();
+  answer.own_covariance = gain * errors.own * gain.transpose();
+  answer.by_shared = gain * errors.by_shared;
 }
 
 /// The bearing of an object at infinity and its variance, which are those of the pixel's ray.
 struct FarBearing {
   double bearing_rad, variance_rad2;
 };
-std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray) {
+std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray, const Belief& belief) {
   constexpr double kStep_px = 1e-3;  // small against a pixel's distance from the tip, large against rounding
   const auto bearing_of = [](const Ray& r) { return std::atan2(r.direction.y(), r.direction.x()); };
   const double bearing_rad = bearing_of(ray);
@@ -239,25 +277,84 @@ std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray) 
     if (!beside) return std::nullopt;
     by_pixel[axis] = base::wrap_angle_rad(bearing_of(*beside) - bearing_rad) / kStep_px;
   }
-  return FarBearing{bearing_rad, by_pixel.dot(seen.sighting->covariance_px2 * by_pixel)};
+  double variance_rad2 = by_pixel.dot(seen.sighting->covariance_px2 * by_pixel);
+  if (!belief.is_exact()) {
+    constexpr double kFar_m = 100;
+    const Eigen::Vector2d far_m = kFar_m * ray.direction.head<2>().normalized();
+    const double height_m = ray.origin_m.z() + kFar_m * ray.direction.z() / ray.direction.head<2>().norm();
+    const auto by_rig = belief.rig->pixel_by_shared(seen.side, far_m, kFar_m / 1e6, height_m);
+    variance_rad2 += (by_pixel.transpose() * by_rig).squaredNorm();
+  }
+  return FarBearing{bearing_rad, variance_rad2};
 }
 
-}  // namespace
+/// @param is_top_known whether an error of the map's top is one of the answer
+PixelErrors pixel_errors(std::span<const ViewSighting> views, const Belief& belief, const Eigen::Vector2d& p_BL_m,
+                         double radius_m, double top_m, bool is_top_known) {
+  PixelErrors errors;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Eigen::Index at = 2 * Eigen::Index(i);
+    errors.own.block<2, 2>(at, at) = views[i].sighting->covariance_px2;
+    errors.whiten.block<2, 2>(at, at) = whitener(*views[i].sighting, views[i].side == Side::kLower ? "lower" : "upper");
+  }
+  if (belief.is_exact()) return errors;
+  errors.by_shared = BySharedErrors<4>::Zero(4, belief.errors());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const MirrorView& view = *views[i].view;
+    auto effect = errors.by_shared.middleRows<2>(2 * Eigen::Index(i));
+    if (!belief.rig->is_exact()) effect += belief.rig->pixel_by_shared(views[i].side, p_BL_m, radius_m, top_m);
+    if (belief.landmark->cols() == 0) continue;
+    const auto near_m = near_top_point(view, p_BL_m, radius_m, top_m);
+    const auto shown = near_m ? view.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+    if (!shown) continue;
+    const Eigen::Vector2d outwards = (p_BL_m - view.settings().axis_offset_m).normalized();
+    effect -= shown->jacobian.leftCols<2>() * outwards * belief.landmark->row(kRadius);
+    if (is_top_known) effect += shown->jacobian.col(2) * belief.landmark->row(kTop);
+  }
+  const Eigen::Matrix4d covariance = errors.own + errors.by_shared * errors.by_shared.transpose();
+  errors.whiten = covariance.llt().matrixL().solve(Eigen::Matrix4d::Identity());
+  return errors;
+}
 
-Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
-                          std::optional<double> top_m) {
+/// Solves from `x` with the errors of the pixels there. The effect of shared errors depends on the place, so it is
+/// computed again at the answer if that is elsewhere.
+template <int n>
+void solve_with_errors(std::span<const ViewSighting> views, const Belief& belief, Fit<n> like, Unknowns x,
+                       int degrees_of_freedom, Triangulation& answer) {
+  // A place that is off by this share of its distance changes a standard deviation by as little.
+  constexpr double kSamePlace = 0.01;
+  const Triangulation before = answer;
+  const auto place_of = [&](const Unknowns& at) {
+    return Eigen::Vector2d(like.range_m(at) * Eigen::Vector2d(std::cos(at.bearing_rad), std::sin(at.bearing_rad)));
+  };
+  for (int round = 0; round < 2; ++round) {
+    const Eigen::Vector2d start_m = place_of(x);
+    const PixelErrors errors = pixel_errors(views, belief, start_m, like.radius_m, like.top_m(x), n == 2);
+    const Fit<n> fit{views, errors.whiten, like.radius_m, like.offset_m, like.reference_m, like.known_top_m};
+    answer = before;
+    solve(fit, x, degrees_of_freedom, errors, answer);
+    if (belief.is_exact() || !answer.range_m) return;
+    if ((place_of(x) - start_m).norm() <= kSamePlace * *answer.range_m) return;
+  }
+}
+
+Triangulation triangulate(const Rig& rig, const Belief& belief, const Sighting* lower, const Sighting* upper,
+                          double radius_m, std::optional<double> top_m) {
   base::Complaints bad;
   bad.require(base::is_positive(radius_m), "radius_m is {} m, must be > 0", radius_m);
   if (top_m) bad.finite("top_m", *top_m, "m");
   bad.raise("triangulate");
 
+  const PixelErrors no_errors;
   std::array<ViewSighting, 2> seen{};
   std::size_t count = 0;
-  const auto take = [&](const MirrorView& view, const Sighting* sighting, const char* name) {
-    if (sighting != nullptr) seen[count++] = {&view, sighting, whitener(*sighting, name)};
+  const auto take = [&](Side side, const Sighting* sighting) {
+    if (sighting == nullptr) return;
+    (void)whitener(*sighting, side == Side::kLower ? "lower" : "upper");  // throws for a matrix that is no covariance
+    seen[count++] = {side, &of_view(rig, side), sighting};
   };
-  take(rig.lower, lower, "lower");
-  take(rig.upper, upper, "upper");
+  take(Side::kLower, lower);
+  take(Side::kUpper, upper);
 
   Triangulation answer;
   answer.top_m = top_m;
@@ -267,7 +364,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   std::array<Ray, 2> rays;
   std::array<double, 2> radii_px{};
   for (std::size_t i = 0; i < count; ++i) {
-    const auto radius_px = radius_of(seen[i]);
+    const auto radius_px = radius_of(seen[i], belief);
     if (!radius_px) return answer;
     const auto ray = seen[i].view->back_project(seen[i].sighting->pixel_px, Rim::kGoesOn);
     if (!ray) return answer;
@@ -290,7 +387,9 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
     if (!start) return answer;
     answer.verdict = count == 2 ? RangeVerdict::kOk : RangeVerdict::kOneView;
     const Unknowns x{1 / (start->norm() + offset_m), std::atan2(start->y(), start->x()), 0};
-    solve(Fit<2>{{seen.data(), count}, radius_m, offset_m, reference_m, *top_m}, x, count == 2 ? 2 : 0, answer);
+    const std::span<const ViewSighting> views(seen.data(), count);
+    solve_with_errors(views, belief, Fit<2>{views, no_errors.whiten, radius_m, offset_m, reference_m, *top_m}, x,
+                      count == 2 ? 2 : 0, answer);
     return answer;
   }
 
@@ -311,8 +410,8 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   const double near_m = (height_m[1] - height_m[0]) / (steepness[0] - steepness[1]);
   if (!(near_m > 0) || !std::isfinite(near_m)) {
     // The rays do not meet before infinity, where only the bearings can contradict each other.
-    const auto below = far_bearing(seen[0], rays[0]);
-    const auto above = far_bearing(seen[1], rays[1]);
+    const auto below = far_bearing(seen[0], rays[0], belief);
+    const auto above = far_bearing(seen[1], rays[1], belief);
     if (!below || !above) return answer;
     const double off_rad = base::wrap_angle_rad(below->bearing_rad - above->bearing_rad);
     answer.chi_squared = off_rad * off_rad / (below->variance_rad2 + above->variance_rad2);
@@ -324,8 +423,20 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
   const double inverse_per_m = 1 / (near_m + radius_m + offset_m);
   answer.verdict = RangeVerdict::kOk;
   const Unknowns x{inverse_per_m, bearing_rad, (start_top_m - reference_m) * inverse_per_m};
-  solve(Fit<3>{seen, radius_m, offset_m, reference_m, 0}, x, 1, answer);
+  solve_with_errors(seen, belief, Fit<3>{seen, no_errors.whiten, radius_m, offset_m, reference_m, 0}, x, 1, answer);
   return answer;
+}
+
+}  // namespace
+
+Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
+                          std::optional<double> top_m) {
+  return triangulate(rig, Belief{}, lower, upper, radius_m, top_m);
+}
+
+Triangulation triangulate(const UncertainRig& rig, const BySharedErrors<kLandmarkNumbers>& landmark,
+                          const Sighting* lower, const Sighting* upper, double radius_m, std::optional<double> top_m) {
+  return triangulate(rig.rig(), Belief{&rig, &landmark}, lower, upper, radius_m, top_m);
 }
 
 }  // namespace twocone::vision

@@ -7,6 +7,7 @@
 
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
+#include "vision/uncertain_rig.h"
 
 namespace twocone::vision {
 
@@ -17,10 +18,13 @@ constexpr double kMinSigmas = 3;
 /// A landmark's place from its sightings in one or both views.
 struct Triangulation {
   RangeVerdict verdict = RangeVerdict::kNotSeen;
-  std::optional<double> range_m;              ///< horizontal, from the body's origin to the landmark's axis
-  std::optional<double> bearing_rad;          ///< in the body frame, (-pi, pi]
-  std::optional<Eigen::Matrix2d> covariance;  ///< of (range m, bearing rad), wherever both are given
-  std::optional<double> top_m;                ///< of the landmark, over the floor: as given, or from both views
+  std::optional<double> range_m;                  ///< horizontal, from the body's origin to the landmark's axis
+  std::optional<double> bearing_rad;              ///< in the body frame, (-pi, pi]
+  std::optional<Eigen::Matrix2d> covariance;      ///< of (range m, bearing rad), wherever both are given
+  std::optional<Eigen::Matrix2d> own_covariance;  ///< the part of `covariance` that the sightings' own noise causes
+  BySharedErrors<2>
+      by_shared;  ///< of measured minus true (range m, bearing rad): the other part is by_shared by_shared^T
+  std::optional<double> top_m;  ///< of the landmark, over the floor: as given, or from both views
   /// Lower minus upper radius in the undistorted images, the upper scaled to the lower's focal length.
   std::optional<double> disparity_px;
   double chi_squared = 0;      ///< of the sightings' residuals at the answer
@@ -57,5 +61,12 @@ struct Triangulation {
 /// positive definite
 Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
                           std::optional<double> top_m);
+
+/// Likewise, with a rig and a landmark that are not known exactly. Their errors count in the weights of the views, in
+/// chi-squared and in the covariance ("consider covariance": Schmidt 1966; Bierman 1977, ch. 8), as they are at the
+/// answer, to first order.
+/// @param landmark true minus believed numbers; no columns: known exactly
+Triangulation triangulate(const UncertainRig& rig, const BySharedErrors<kLandmarkNumbers>& landmark,
+                          const Sighting* lower, const Sighting* upper, double radius_m, std::optional<double> top_m);
 
 }  // namespace twocone::vision

@@ -12,6 +12,7 @@
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "base/errors.h"
+#include "localisation/odometry.h"
 #include "vision/outline_ranging.h"
 
 namespace twocone::calibrate {
@@ -71,6 +72,18 @@ Error refusal(const vision::CalibrationResult& result, const std::string& runs) 
 
 constexpr std::size_t kCircleImages = 31;
 
+// Pairs of frames for the search. A pose of one view is good to some centimetres, so that a drive of 0.3 m has a
+// direction; a turn by the wheels is wrong by a few per cent of it.
+constexpr std::size_t kSearchPairs = 15;
+constexpr double kSearchDrive_m = 0.3;
+constexpr double kSearchTurn_rad = 0.5;
+
+// Priors of a start that the images gave. The image of the tip is some pixels off where the lens distorts or is off the
+// mirror's axis.
+constexpr double kFoundCentrePrior_px = 5;
+constexpr double kFoundRimPrior = 0.02;
+constexpr double kFoundAzimuthSigmas = 3;
+
 std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
   std::vector<vision::WheelReading> readings;
   if (to >= run.drive.size()) return readings;  // the run was cut off before the wheels were written
@@ -90,6 +103,13 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::Camer
   return rgb;
 }
 
+/// Returns the files of a frame's images, those of the lower mirror first.
+std::array<std::filesystem::path, 2> image_files(const runlog::RunData& run, std::size_t row, bool exchanged) {
+  auto files = runlog::images_of(run, row);
+  if (exchanged) std::swap(files[0], files[1]);
+  return files;
+}
+
 /// Returns whether the sightings belong to the landmark. Under a wrong rig, ranges may fail although sightings are
 /// right.
 bool is_trusted(vision::RangeVerdict verdict) {
@@ -103,15 +123,28 @@ struct Sighted {
   std::vector<vision::CalibrationFrame> frames;
   std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
 };
+/// @param landmarks those of `chosen`, with the numbers that were found so far
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+              const std::vector<Landmark>& landmarks, const config::Robot& robot,
               const std::function<void(double)>& progress) {
   Sighted sighted;
   for (const runlog::RunData& run : runs) {
-    const auto targets = config::to_targets(run.map);
+    const drivers::CameraPart& lower_camera = chosen.exchanged ? run.robot.upper : run.robot.lower;
+    const drivers::CameraPart& upper_camera = chosen.exchanged ? run.robot.lower : run.robot.upper;
+    auto targets = config::to_targets(run.map);
+    const auto of_run = std::ranges::find(chosen.frames, &run, &ChosenFrames::Frame::run);
+    if (of_run == chosen.frames.end()) continue;
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      targets[i].top_m = landmarks[of_run->first_landmark + i].top_m;
+      targets[i].radius_m = landmarks[of_run->first_landmark + i].radius_m;
+    }
+    const vision::BeliefErrors errors = config::to_belief_errors(robot, run.map).vision;
     std::optional<vision::OutlineRanging> ranging;
     try {
-      ranging.emplace(rig, targets, cv::Size(run.robot.lower.settings.width_px, run.robot.lower.settings.height_px),
-                      cv::Size(run.robot.upper.settings.width_px, run.robot.upper.settings.height_px));
+      const auto size_of = [](const drivers::CameraPart& camera) {
+        return cv::Size(camera.settings.width_px, camera.settings.height_px);
+      };
+      ranging.emplace(rig, targets, size_of(lower_camera), size_of(upper_camera), std::vector<std::size_t>(), errors);
     } catch (const std::invalid_argument& error) {
       throw config::FileError("{}: {}", run.map.file.string(), error.what());
     }
@@ -121,9 +154,9 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       vision::CalibrationFrame& out = sighted.frames.emplace_back();
       out.wheels = frame.wheels;
       out.twist = twist_at(run, frame.row);
-      const auto [lower_file, upper_file] = runlog::images_of(run, frame.row);
-      const auto lower = read_rgb(lower_file, run.robot.lower);
-      const auto upper = read_rgb(upper_file, run.robot.upper);
+      const auto [lower_file, upper_file] = image_files(run, frame.row, chosen.exchanged);
+      const auto lower = read_rgb(lower_file, lower_camera);
+      const auto upper = read_rgb(upper_file, upper_camera);
       if (!lower || !upper) {
         sighted.unreadable.push_back(lower ? upper.error() : lower.error());
         continue;
@@ -135,8 +168,10 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
           if (!sighting) return;
           out.sightings.push_back({frame.first_landmark + i, side, *sighting, stamped_s - stamps.t_s});
         };
-        add(vision::Side::kLower, measurements[i].lower_sighting, stamps.lower_t_s);
-        add(vision::Side::kUpper, measurements[i].upper_sighting, stamps.upper_t_s);
+        const auto& [lower_t_s, upper_t_s] = chosen.exchanged ? std::pair(stamps.upper_t_s, stamps.lower_t_s)
+                                                              : std::pair(stamps.lower_t_s, stamps.upper_t_s);
+        add(vision::Side::kLower, measurements[i].lower_sighting, lower_t_s);
+        add(vision::Side::kUpper, measurements[i].upper_sighting, upper_t_s);
       }
       progress(double(sighted.frames.size()) / double(chosen.frames.size()));
     }
@@ -151,7 +186,7 @@ std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side
   for (std::size_t i = 0; i < count; ++i) {
     const ChosenFrames::Frame& frame =
         chosen.frames[i * (chosen.frames.size() - 1) / std::max<std::size_t>(1, count - 1)];
-    auto rgb = runlog::read_rgb(runlog::images_of(*frame.run, frame.row)[std::size_t(side)]);
+    auto rgb = runlog::read_rgb(image_files(*frame.run, frame.row, chosen.exchanged)[std::size_t(side)]);
     if (rgb && (images.empty() || rgb->size() == images.front().size())) images.push_back(std::move(*rgb));
   }
   return images;
@@ -229,8 +264,11 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
   for (const runlog::RunData& run : runs) all += run.frames.size();
   ChosenFrames chosen;
   for (const runlog::RunData& run : runs) {
-    const std::size_t first_landmark = chosen.landmarks.size();
-    chosen.landmarks.insert(chosen.landmarks.end(), run.map.landmarks.begin(), run.map.landmarks.end());
+    // Runs in one room share its landmarks, which may be elsewhere than their map says.
+    const auto& own = run.map.landmarks;
+    const auto same = std::ranges::search(chosen.landmarks, own);
+    const auto first_landmark = std::size_t(same.begin() - chosen.landmarks.begin());
+    if (same.empty()) chosen.landmarks.insert(chosen.landmarks.end(), own.begin(), own.end());
     const std::size_t available = run.frames.size();
     const std::size_t share = std::size_t(count) * available / std::max<std::size_t>(1, all);
     std::optional<std::size_t> last;
@@ -242,6 +280,111 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
   }
   return chosen;
 }
+
+std::vector<vision::SelfRigFrame> frames_for_search(const runlog::RunData& run) {
+  const std::size_t count = std::min(run.frames.size(), run.drive.size());
+  std::vector<Pose2> poses;
+  localisation::Odometry odometry(config::to_wheels(run.robot), {});
+  for (std::size_t row = 0; row < count; ++row) {
+    poses.push_back(odometry.update(run.drive[row].left_rad, run.drive[row].right_rad));
+  }
+  std::vector<vision::SelfRigFrame> frames;
+  const auto add = [&](std::size_t row, const std::optional<Pose2>& motion) {
+    const auto files = runlog::images_of(run, row);
+    const auto lower = read_rgb(files[0], run.robot.lower);
+    const auto upper = read_rgb(files[1], run.robot.upper);
+    if (!lower || !upper) return false;
+    frames.push_back({*lower, *upper, motion, {}});
+    return true;
+  };
+  const auto between = [](const Pose2& from, const Pose2& to) {
+    const double cosine = std::cos(from.heading_rad);
+    const double sine = std::sin(from.heading_rad);
+    const double x_m = to.x_m - from.x_m;
+    const double y_m = to.y_m - from.y_m;
+    return Pose2{cosine * x_m + sine * y_m, cosine * y_m - sine * x_m,
+                 base::wrap_angle_rad(to.heading_rad - from.heading_rad)};
+  };
+  std::optional<std::size_t> last;
+  for (const std::size_t row : chosen_rows(run.frames.size(), kSearchPairs)) {
+    if (last && row <= *last) continue;
+    if (!add(row, {})) continue;
+    last = row;
+    for (std::size_t next = row + 1; next < count; ++next) {
+      const Pose2 motion = between(poses[row], poses[next]);
+      if (std::hypot(motion.x_m, motion.y_m) < kSearchDrive_m && std::abs(motion.heading_rad) < kSearchTurn_rad) {
+        continue;
+      }
+      if (add(next, motion)) last = next;
+      break;
+    }
+  }
+  return frames;
+}
+
+namespace {
+
+/// The robot with which the sightings start, and what the images showed.
+struct Start {
+  config::Robot robot;
+  std::optional<vision::SelfRig> found;
+  std::vector<estimation::RigDifference> replaced;
+  bool exchanged = false;
+  vision::CalibrationPriors priors;
+};
+
+/// Returns whether all images of a camera are equal although the robot moved.
+bool is_frozen(const std::vector<vision::SelfRigFrame>& frames, vision::Side camera) {
+  const cv::Mat& first = of_view(frames.front(), camera);
+  const auto is_first = [&](const vision::SelfRigFrame& frame) {
+    return cv::norm(of_view(frame, camera), first, cv::NORM_INF) == 0;
+  };
+  return std::ranges::any_of(frames, [](const auto& frame) { return frame.motion.has_value(); }) &&
+         std::ranges::all_of(frames, is_first);
+}
+
+/// Looks for the rig in the images. Errors: kBadData, with what to change, where a camera gives nothing, and where the
+/// robot file leaves numbers to the images and these do not show them.
+Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot, const Settings& settings) {
+  Start start{robot, {}, {}, false, settings.priors};
+  if (!settings.start_from_images) return start;
+  vision::SelfRigProblem problem = estimation::self_rig_problem(robot, run.map);
+  problem.frames = frames_for_search(run);
+  if (problem.frames.empty()) return start;  // sight() names the images
+  for (const vision::Side camera : {vision::Side::kLower, vision::Side::kUpper}) {
+    if (!is_frozen(problem.frames, camera)) continue;
+    return Error(ErrorCode::kBadData,
+                 "{}: camera {} repeats one image while the wheels turn: it is frozen; plug it in again, and see "
+                 "twocone doctor",
+                 run.folder.string(), to_string(camera));
+  }
+  start.found = vision::find_rig(problem);
+  if (start.found->missing() != vision::NotFound::kNothing) {
+    if (robot.rig.missing.empty() && !start.found->is_blind()) return start;
+    return Error(ErrorCode::kBadData, "{}: {}", run.folder.string(), estimation::what_to_change(*start.found));
+  }
+  estimation::SelfRigAnswer answer = estimation::compare_with_file(robot, *start.found, problem);
+  start.replaced = std::move(answer.differences);
+  start.robot.rig = std::move(answer.rig);
+  start.exchanged = *start.found->exchanged.value;
+  if (start.exchanged) std::swap(start.robot.lower, start.robot.upper);
+  // One prior counts for both views, so that it is that of the view which is known less.
+  const auto count = [&](const char* key) {
+    return std::ranges::count_if(start.replaced, [&](const auto& r) { return r.key.ends_with(key); });
+  };
+  const bool are_believed = start.found->views[0].is_circle_believed || start.found->views[1].is_circle_believed;
+  if (count("centre_px") == 2 && !are_believed) start.priors.centre_px = kFoundCentrePrior_px;
+  if (count("centre_px") == 1) start.priors.centre_px = std::max(start.priors.centre_px, kFoundCentrePrior_px);
+  if (count("rim_radius_px") > 0) start.priors.rim_share = std::max(start.priors.rim_share, kFoundRimPrior);
+  if (count("azimuth_rad") > 0) {
+    start.priors.azimuth_rad =
+        std::max({start.priors.azimuth_rad, kFoundAzimuthSigmas * start.found->relative_azimuth.sigma_rad,
+                  kFoundAzimuthSigmas * start.found->azimuth.sigma_rad});
+  }
+  return start;
+}
+
+}  // namespace
 
 Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config::Robot& robot,
                          const Settings& settings) {
@@ -260,29 +403,39 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
     if (settings.progress) settings.progress(done);
   };
 
-  const vision::Rig before = config::to_rig(robot);
-  const ChosenFrames chosen = choose_frames(runs, settings.frames);
+  auto found = find_start(runs.front(), robot, settings);
+  if (!found) return found.error();
+  const Start start = *std::move(found);
+  const vision::Rig before = config::to_rig(start.robot);
+  ChosenFrames chosen = choose_frames(runs, settings.frames);
+  chosen.exchanged = start.exchanged;
   // Slip and encoder keep their defaults, because `effects:` in the robot file is the simulation's truth, not a belief.
   const vision::WheelBelief wheels{.radius_m = robot.drive.wheel_radius_m,
                                    .separation_m = robot.drive.wheel_separation_m};
-  vision::CalibrationProblem problem{.rig = before,
-                                     .wheels = wheels,
-                                     .landmarks = chosen.landmarks,
-                                     .frames = {},
-                                     .lower_rim = {},
-                                     .upper_rim = {},
-                                     .priors = settings.priors,
-                                     .fit_distortion = settings.fit_distortion,
-                                     .fit_timing = settings.fit_timing,
-                                     .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px}};
+  vision::CalibrationProblem problem{
+      .rig = before,
+      .wheels = wheels,
+      .landmarks = chosen.landmarks,
+      .frames = {},
+      .lower_rim = {},
+      .upper_rim = {},
+      .priors = start.priors,
+      .fit_distortion = settings.fit_distortion,
+      .fit_timing = settings.fit_timing,
+      .height_px = {start.robot.lower.settings.height_px, start.robot.upper.settings.height_px}};
   Report report{.runs = folders,
                 .robot = robot.file.string(),
                 .problem = problem,
+                .found = start.found,
+                .replaced = start.replaced,
+                .exchanged = start.exchanged,
                 .before = before,
                 .after = before,
-                .rig = robot.rig,
+                .rig = start.robot.rig,
                 .drive = robot.drive,
-                .slip = wheels.slip};
+                .slip = wheels.slip,
+                .distortion_sigma = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig)).distortion,
+                .has_one_map = chosen.landmarks.size() == runs.front().map.landmarks.size()};
   measure_circles(chosen, before, report.circles);
   problem.lower_rim = report.circles[0].rim;
   problem.upper_rim = report.circles[1].rim;
@@ -291,12 +444,20 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
 
   for (int round = 0; round < kMostRounds; ++round) {
     const auto part = [&](double done) { notify(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
-    Sighted sighted = sight(runs, chosen, report.after, part);
+    const auto& landmarks = report.result.landmarks.empty() ? problem.landmarks : report.result.landmarks;
+    Sighted sighted = sight(runs, chosen, report.after, landmarks, start.robot, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
     report.result = vision::calibrate(problem);
-    if (report.result.verdict != vision::CalibrationVerdict::kOk) return refusal(report.result, names);
+    if (report.result.verdict != vision::CalibrationVerdict::kOk) {
+      // What the images do not show is the cause, if there is such a thing.
+      if (start.found && start.found->missing() != vision::NotFound::kNothing) {
+        return Error(ErrorCode::kBadData, "{}: {}", runs.front().folder.string(),
+                     estimation::what_to_change(*start.found));
+      }
+      return refusal(report.result, names);
+    }
     report.after = *report.result.rig;
     report.rounds = round + 1;
     report.is_settled = is_settled(last, report.result.parameters);
@@ -304,8 +465,47 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   }
   notify(1);
   report.problem = std::move(problem);
-  take(report.result, robot, report);
+  take(report.result, start.robot, report);
   return report;
+}
+
+vision::CalibrationPriors priors_of(const config::Robot& robot) {
+  vision::CalibrationPriors priors;
+  const auto set = [](double stated, double& prior) {
+    if (stated > 0) prior = stated;
+  };
+  if (const auto& s = robot.rig.sigma) {
+    set(std::max(s->mirror_radius_m, s->lens_to_tip_m), priors.length_m);
+    set(s->mirror_separation_m, priors.mirror_separation_m);
+    set(s->lens_height_m, priors.lens_height_m);
+    set(s->centre_px, priors.centre_px);
+    set(s->rim_radius_px / robot.rig.lower.rim_radius_px, priors.rim_share);
+    set(s->azimuth_rad, priors.azimuth_rad);
+    set(s->tilt_rad, priors.tilt_rad);
+    set(s->axis_offset_m, priors.axis_offset_m);
+    set(s->axis_offset_m, priors.lower_axis_offset_m);
+    set(s->apex_rad, priors.apex_rad);
+    set(s->distortion, priors.distortion);
+  }
+  if (const auto& s = robot.drive.sigma) {
+    set(s->wheel_radius_m / robot.drive.wheel_radius_m, priors.wheel_radius_share);
+    set(s->wheel_ratio, priors.wheel_ratio);
+    set(s->wheel_separation_m, priors.wheel_separation_m);
+  }
+  return priors;
+}
+
+std::vector<Landmark> refined_landmarks(const Report& report) {
+  std::vector<Landmark> refined = report.result.landmarks;
+  const auto is_exact = [](const Landmark& l) { return l.sigma == LandmarkSigma{}; };
+  if (!report.has_one_map || std::ranges::all_of(refined, is_exact)) return {};
+  for (std::size_t i = 0; i < refined.size(); ++i) {
+    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
+    const Eigen::Vector4d sigma =
+        report.result.belief_covariance.diagonal().segment<vision::kLandmarkNumbers>(at).cwiseMax(0).cwiseSqrt();
+    refined[i].sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop], sigma[vision::kRadius]};
+  }
+  return refined;
 }
 
 void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report) {
@@ -317,6 +517,8 @@ void take(const vision::CalibrationResult& result, const config::Robot& robot, R
   report.rig.mirror_separation_m = report.after.mirror_separation_m();
   report.drive.wheel_radius_m = result.wheels->radius_m;
   report.drive.wheel_separation_m = result.wheels->separation_m;
+  report.rig.sigma.reset();
+  report.drive.sigma.reset();
 }
 
 }  // namespace twocone::calibrate

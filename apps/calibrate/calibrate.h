@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/config/robot_file.h"
+#include "apps/estimation/self_rig.h"
 #include "apps/runlog/run_data.h"
 #include "hal/result.h"
 #include "vision/calibration.h"
@@ -21,7 +22,9 @@ struct Settings {
   vision::CalibrationPriors priors{};
   bool fit_distortion = false;
   bool leave_out_unreadable = false;  ///< true: an unreadable image is no error, and its frame gives no sightings
-  bool fit_timing = false;            ///< also fits latency, skew and readout (vision::CalibrationProblem::fit_timing)
+  /// Starts from what the images show (vision/self_rig.h) where they contradict the robot file. False: from the file.
+  bool start_from_images = true;
+  bool fit_timing = false;  ///< also fits latency, skew and readout (vision::CalibrationProblem::fit_timing)
   /// Called with the fraction of the work that is done, in [0, 1]. May be empty.
   std::function<void(double)> progress;
 };
@@ -38,15 +41,25 @@ struct Report {
   vision::CalibrationResult result{};
   vision::CalibrationProblem problem;    ///< of the last round; `result.residuals` points into its frames
   std::array<ViewCircles, 2> circles{};  ///< lower, upper
-  vision::Rig before, after;
-  config::Rig rig;          ///< `after` in the form of a robot file
-  config::Drive drive;      ///< with the calibrated sizes of the wheels
-  double slip = 0;          ///< believed slip of the wheels
-  int rounds = 0;           ///< number of rounds of sighting and solving
-  bool is_settled = false;  ///< whether the last round moved no number by more than 0.3 of its sigma
+  /// What the images show before anything is believed; empty without Settings::start_from_images.
+  std::optional<vision::SelfRig> found{};
+  std::vector<estimation::RigDifference> replaced{};  ///< numbers of the robot file that the images contradict
+  bool exchanged = false;       ///< the cameras of the run are exchanged; `rig` is that of the mirrors
+  vision::Rig before, after;    ///< `before` is the start: the robot file's rig with the replaced numbers
+  config::Rig rig;              ///< `after` in the form of a robot file
+  config::Drive drive;          ///< with the calibrated sizes of the wheels
+  double slip = 0;              ///< believed slip of the wheels
+  double distortion_sigma = 0;  ///< of k1 and k2 where the calibration does not find them
+  bool has_one_map = false;     ///< all runs are on maps with the same landmarks
+  int rounds = 0;               ///< number of rounds of sighting and solving
+  bool is_settled = false;      ///< whether the last round moved no number by more than 0.3 of its sigma
 };
 
 /// Finds the errors of `robot`'s rig from runs among known landmarks.
+///
+/// It starts from the images of the first run alone (vision/self_rig.h): numbers in pixels and azimuths that they
+/// contradict, or that the robot file leaves to them, are replaced; mirrored images and exchanged cameras are found.
+/// Where the images do not show all of these, the start is the robot file, and an error names what to change.
 ///
 /// It measures the landmarks' sightings in each chosen frame with the believed rig (vision/outline_ranging.h), and
 /// solves for the rig (vision/calibration.h). The place of an outline depends slightly on the rig. So both steps are
@@ -58,6 +71,14 @@ struct Report {
 /// a run and for settings outside their domain
 Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config::Robot& robot,
                          const Settings& settings);
+
+/// Returns the priors that follow from the standard deviations in the robot file. Numbers that the file states as
+/// exact, or not at all, have the priors of vision::CalibrationPriors: a calibration asks the images.
+vision::CalibrationPriors priors_of(const config::Robot& robot);
+
+/// Returns the landmarks of the only map of all runs, as calibrated, with their standard deviations; empty where the
+/// map is exact or the runs have several maps.
+std::vector<Landmark> refined_landmarks(const Report& report);
 
 /// Replaces the report's rig and drive with another solution of `report.problem`. @param result must have verdict kOk
 void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report);
@@ -82,7 +103,12 @@ struct ChosenFrames {
   };
   std::vector<Frame> frames;
   std::vector<Landmark> landmarks;  ///< of the maps of all runs, run by run
+  bool exchanged = false;           ///< the run's folder `lower` has the images of the upper mirror
 };
+
+/// Returns some thirty frames of a run for the search of the rig, in pairs that are a short drive apart, with the
+/// motion between the two of a pair. Images that cannot be read are left out.
+std::vector<vision::SelfRigFrame> frames_for_search(const runlog::RunData& run);
 
 /// Chooses about `count` frames, spread evenly from the first to the last of each run.
 ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);

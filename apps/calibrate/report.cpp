@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate/calibrate.h"
+#include "apps/config/calibration_file.h"
 #include "apps/runlog/version.h"
+#include "vision/uncertain_rig.h"
 
 namespace twocone::calibrate {
 namespace {
@@ -115,6 +117,24 @@ std::string table(const Report& report) {
       fmt::format("twocone {}, commit {}, {}\n", runlog::version(), runlog::commit(), runlog::compiler());
   text += fmt::format("calibration of the rig of {}\n", report.robot);
   for (const std::string& run : report.runs) text += fmt::format("  from {}\n", run);
+  if (report.found) {
+    text += "\nfrom the images alone:\n";
+    for (const std::string& line : estimation::lines_of(*report.found)) text += fmt::format("  {}\n", line);
+    for (const auto& [key, in_file, seen] : report.replaced) {
+      text += in_file.empty() ? fmt::format("  rig.{} is {}, as seen; the robot file has none\n", key, seen)
+                              : fmt::format("  rig.{} is {}, as seen, instead of {}\n", key, seen, in_file);
+    }
+    if (report.found->missing() != vision::NotFound::kNothing) {
+      text += fmt::format("  not everything was found, so the robot file is the start: {}\n",
+                          estimation::what_to_change(*report.found));
+    }
+    if (report.exchanged) {
+      text +=
+          "  the cameras are exchanged: the new robot file exchanges cameras.lower and cameras.upper;\n"
+          "  a run with the old file has them the wrong way round, and so have recordings\n";
+    }
+    text += "\n";
+  }
   text += fmt::format(
       "{} frames ({} more without two landmarks), {} sightings in the lower and {} in the upper view, {} outliers\n\n",
       r.frames_used, r.frames_dropped, r.sightings[0], r.sightings[1], r.outliers);
@@ -157,6 +177,47 @@ std::string table(const Report& report) {
   return text;
 }
 
+namespace {
+
+/// Returns the numbers that are believed after the calibration with their joint covariance, as config::Calibration.
+nlohmann::ordered_json belief_of(const Report& report) {
+  config::Map map;
+  map.landmarks = report.result.landmarks;
+  const Eigen::Index count = report.result.belief_covariance.rows();
+  Eigen::MatrixXd covariance = report.result.belief_covariance;
+  // What the calibration did not look for keeps its own uncertainty.
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    for (const int number : {vision::kK1, vision::kK2}) {
+      double& variance = covariance(vision::rig_number(side, number), vision::rig_number(side, number));
+      if (variance == 0) variance = report.distortion_sigma * report.distortion_sigma;
+    }
+  }
+  // A robot file has one radius for both wheels, so that a ratio other than 1 is an error of it.
+  const Eigen::Index ratio = count - 2;
+  const auto& parameters = report.result.parameters;
+  const auto found = std::ranges::find(parameters, "wheel_ratio", &vision::CalibratedParameter::name);
+  const double off = found == parameters.end() ? 0 : found->after - 1;
+  const double variance = covariance(ratio, ratio) + off * off;
+  covariance.row(ratio).setZero();
+  covariance.col(ratio).setZero();
+  covariance(ratio, ratio) = variance;
+
+  const std::vector<std::string> names = config::belief_names(map);
+  const Eigen::VectorXd rig = vision::numbers_of(report.after);
+  std::vector<double> values(rig.begin(), rig.end());
+  for (const Landmark& l : report.result.landmarks) {
+    values.insert(values.end(), {l.x_m, l.y_m, l.top_m, l.radius_m});
+  }
+  values.insert(values.end(), {report.drive.wheel_radius_m, 1.0, report.drive.wheel_separation_m});
+  nlohmann::ordered_json belief{{"names", names}, {"values", values}};
+  for (const auto& row : covariance.rowwise()) {
+    belief["covariance"].push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return belief;
+}
+
+}  // namespace
+
 std::string to_json(const Report& report) {
   using Json = nlohmann::ordered_json;
   const vision::CalibrationResult& r = report.result;
@@ -174,6 +235,16 @@ std::string to_json(const Report& report) {
   json["sighting_scale"] = r.sighting_scale;
   json["systematic_px"] = r.systematic_px;
   if (r.wheel_scale > 0) json["wheel_scale"] = r.wheel_scale;
+  if (report.found) {
+    Json& found = json["from_images"];
+    found["lines"] = estimation::lines_of(*report.found);
+    found["exchanged"] = report.exchanged;
+    found["missing"] = to_string(report.found->missing());
+    found["replaced"] = Json::array();
+    for (const auto& [key, in_file, seen] : report.replaced) {
+      found["replaced"].push_back({{"key", "rig." + key}, {"in_file", in_file}, {"seen", seen}});
+    }
+  }
   for (const std::size_t view : {0, 1}) {
     Json& node = json["views"][view == 0 ? "lower" : "upper"];
     node["sightings"] = r.sightings[view];
@@ -201,6 +272,7 @@ std::string to_json(const Report& report) {
                                   {"observed", p.observed},
                                   {"derived", p.derived}});
   }
+  if (report.has_one_map) json["belief"] = belief_of(report);
   return json.dump(2) + "\n";
 }
 

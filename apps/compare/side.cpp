@@ -54,7 +54,9 @@ std::string outline_method_of(const std::filesystem::path& folder, const runlog:
 void ask_the_map(Side& side) {
   calibrate::Report& report = *side.calibration;
   vision::CalibrationProblem doubting = report.problem;
-  doubting.landmark_sigma_m = 0.02;  // prior standard deviation of a landmark's place about its place in the map
+  // Prior standard deviation of a landmark's place about its place in the map, in each coordinate.
+  constexpr double kDoubt_m = 0.02;
+  for (Landmark& landmark : doubting.landmarks) landmark.sigma.x_m = landmark.sigma.y_m = kDoubt_m;
   const vision::CalibrationResult result = vision::calibrate(doubting);
   if (result.verdict != vision::CalibrationVerdict::kOk) return;
   // A shift without a cause exceeds the limit with probability exp(-limit / 2): one landmark in a hundred thousand.
@@ -70,7 +72,9 @@ void ask_the_map(Side& side) {
     landmark.y_m += shift.shift.shift_m.y();
   }
   if (!has_moved) return;
-  doubting.landmark_sigma_m = 0;
+  for (std::size_t i = 0; i < doubting.landmarks.size(); ++i) {
+    doubting.landmarks[i].sigma = report.problem.landmarks[i].sigma;
+  }
   const vision::CalibrationResult again = vision::calibrate(doubting);
   if (again.verdict != vision::CalibrationVerdict::kOk) return;
   report.problem.landmarks = doubting.landmarks;
@@ -205,8 +209,11 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
 }
 
 void calibrate_side(Side& side, int frames, const std::function<void(double)>& progress) {
-  const calibrate::Settings settings{
-      .frames = frames, .leave_out_unreadable = true, .fit_timing = true, .progress = progress};
+  const calibrate::Settings settings{.frames = frames,
+                                     .leave_out_unreadable = true,
+                                     .start_from_images = false,
+                                     .fit_timing = true,
+                                     .progress = progress};
   side.chosen = frames;
   auto calibrated = calibrate::calibrate({side.run}, side.run.robot, settings);
   if (!calibrated) {

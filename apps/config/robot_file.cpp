@@ -106,6 +106,17 @@ std::vector<ReadCamera> read_cameras(Section& root, Robot& robot) {
   return parts;
 }
 
+/// Gives a view that leaves its place in the image to the images the image's middle.
+void set_missing(const std::vector<std::string>& missing, std::string_view mirror, const CameraSettings& camera,
+                 RigView& view) {
+  const auto is_missing = [&](std::string_view key) {
+    return std::ranges::find(missing, fmt::format("{}.{}", mirror, key)) != missing.end();
+  };
+  constexpr double kRadiusShare = 0.4;
+  if (is_missing("centre_px")) view.centre_px = {(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0};
+  if (is_missing("rim_radius_px")) view.rim_radius_px = kRadiusShare * std::min(camera.width_px, camera.height_px);
+}
+
 /// Reads the lens data of the calibration files into the rig.
 void read_camera_infos(Robot& robot) {
   std::string bad;
@@ -214,6 +225,8 @@ Robot parse_changed(const YAML::Node& given, const std::filesystem::path& file, 
   check_unneeded_keys(camera_effects);
   root.points("waypoints_m", "places to drive to in turn", robot.waypoints, Need::kOptional);
   reading.finish();
+  set_missing(robot.rig.missing, "lower", robot.lower.settings, robot.rig.lower);
+  set_missing(robot.rig.missing, "upper", robot.upper.settings, robot.rig.upper);
   read_camera_infos(robot);
   return robot;
 }
@@ -248,7 +261,7 @@ YAML::Node load_robot_node(const Robot& robot) {
   YAML::Node node = load_changed(robot.file, robot.changes);
   const Robot read = parse_changed(node, robot.file, robot.changes);
   node["map"] = std::filesystem::absolute(read.map).string();
-  make_camera_infos_absolute(node, robot.file);
+  make_rig_paths_absolute(node, robot.file);
   set_estimator(node, robot.estimator);
   return node;
 }

@@ -85,6 +85,13 @@ struct Rig {
   double mirror_separation_m = 0;   ///< s, > 0
   double lens_height_m = 0;         ///< lower lens above the floor, >= 0
   std::optional<RigSigma> sigma{};  ///< none: that of a ruler (ruler_sigma)
+  /// File with the joint covariance of rig, map and wheels (calibration_file.h), in place of `sigma`; resolved; empty:
+  /// none.
+  std::filesystem::path calibration{};
+  /// Keys that the file leaves to the images (apps/estimation/self_rig.h): centre_px, rim_radius_px or azimuth_rad of a
+  /// view, as "lower.centre_px". Until they are found, the views hold the image's middle, two fifths of its shorter
+  /// side, and 0, and to_rig() refuses the robot.
+  std::vector<std::string> missing{};
 
   friend bool operator==(const Rig&, const Rig&) = default;
 };
@@ -163,6 +170,11 @@ Robot parse_robot(const YAML::Node& node, const std::filesystem::path& file);
 /// override, and with absolute paths, for use inside another file (run.yaml). parse_robot reads the same robot from it.
 /// @throws FileError as read_robot
 YAML::Node load_robot_node(const Robot& robot);
+
+/// Returns the changes of the robot's file after which `cameras.lower` has the entry of `cameras.upper`, and vice
+/// versa.
+/// @throws FileError as read_robot
+std::vector<KeyChange> exchange_cameras(const Robot& robot);
 
 /// Returns the names of all cameras: lower, upper, then the additional ones.
 std::vector<std::string> camera_names(const Robot& robot);

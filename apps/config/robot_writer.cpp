@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/config/robot_file.h"
 
+#include <algorithm>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -31,11 +33,16 @@ YAML::Node mirror_of(const RigView& view) {
 }
 
 /// Returns the keys of one mirror. @param info_path `camera_info` as it will be written; empty: it no longer applies
-YAML::Node view_of(const RigView& view, const std::string& info_path) {
-  YAML::Node node;
-  node["centre_px"] = list_of(view.centre_px);
-  node["rim_radius_px"] = text_of(view.rim_radius_px);
-  node["azimuth_rad"] = text_of(view.azimuth_rad);
+YAML::Node view_of(const Rig& rig, std::string_view mirror, const std::string& info_path) {
+  const RigView& view = mirror == "lower" ? rig.lower : rig.upper;
+  YAML::Node node(YAML::NodeType::Map);
+  const auto put = [&](const char* key, const auto& value) {
+    const bool is_missing = std::ranges::find(rig.missing, fmt::format("{}.{}", mirror, key)) != rig.missing.end();
+    if (!is_missing) node[key] = value;
+  };
+  put("centre_px", list_of(view.centre_px));
+  put("rim_radius_px", text_of(view.rim_radius_px));
+  put("azimuth_rad", text_of(view.azimuth_rad));
   if (view.mirrored) node["mirrored"] = true;
   if (!is_zero(view.tilt_rad)) node["tilt_rad"] = list_of(view.tilt_rad);
   if (!is_zero(view.axis_offset_m)) node["axis_offset_m"] = list_of(view.axis_offset_m);
@@ -53,11 +60,7 @@ YAML::Node view_of(const RigView& view, const std::string& info_path) {
 std::string moved(const std::filesystem::path& written, const std::filesystem::path& original,
                   const std::filesystem::path& new_file) {
   if (written.is_absolute()) return written.string();
-  const std::filesystem::path target = std::filesystem::absolute(resolve(written, original));
-  const std::filesystem::path folder = std::filesystem::absolute(new_file).parent_path();
-  std::error_code none_there;
-  const std::filesystem::path relative = std::filesystem::relative(target, folder, none_there);
-  return none_there || relative.empty() ? target.string() : relative.string();
+  return relative_to(new_file, std::filesystem::absolute(resolve(written, original)));
 }
 
 /// Returns the `camera_info` of a mirror as it is written in `original`.
@@ -69,8 +72,8 @@ std::string info_path_of(const YAML::Node& rig, const char* mirror) {
 
 YAML::Node rig_of(const Rig& rig, const std::string& lower_info, const std::string& upper_info) {
   YAML::Node node;
-  YAML::Node lower = view_of(rig.lower, lower_info);
-  YAML::Node upper = view_of(rig.upper, upper_info);
+  YAML::Node lower = view_of(rig, "lower", lower_info);
+  YAML::Node upper = view_of(rig, "upper", upper_info);
   const auto put = [&](const char* key, bool is_common, const auto& value_of) {
     if (is_common) {
       node[key] = value_of(rig.lower);
@@ -120,6 +123,18 @@ void part_cameras(YAML::Node& cameras, const std::vector<drivers::OtherCamera>& 
 
 }  // namespace
 
+std::vector<KeyChange> exchange_cameras(const Robot& robot) {
+  const YAML::Node node = with_changes(with_present_names(load_yaml(robot.file)), robot.changes);
+  const auto text_as_is = [&](const char* camera) {
+    YAML::Emitter emitter;
+    emitter.SetMapFormat(YAML::Flow);
+    emitter.SetSeqFormat(YAML::Flow);
+    emitter << node["cameras"][camera];
+    return std::string(emitter.c_str());
+  };
+  return {{"cameras.lower", text_as_is("upper")}, {"cameras.upper", text_as_is("lower")}};
+}
+
 std::string comments(const std::vector<std::string>& lines) {
   std::string text;
   for (std::string line : lines) {
@@ -146,8 +161,13 @@ std::string robot_text(const std::filesystem::path& file, const std::filesystem:
   };
   node["rig"] =
       rig_of(changed.rig, info("lower", &Rig::lower, &Robot::lower), info("upper", &Rig::upper, &Robot::upper));
+  if (!changed.rig.calibration.empty()) {
+    node["rig"]["calibration"] = relative_to(new_file, std::filesystem::absolute(changed.rig.calibration));
+  }
+  if (changed.map != robot.map) node["map"] = relative_to(new_file, std::filesystem::absolute(changed.map));
   node["drive"]["wheel_separation_m"] = text_of(changed.drive.wheel_separation_m);
   node["drive"]["wheel_radius_m"] = text_of(changed.drive.wheel_radius_m);
+  node["drive"].remove("sigma");
   if (changed.drive.sigma) node["drive"]["sigma"] = sigma_of(*changed.drive.sigma);
   YAML::Node cameras = node["cameras"];
   part_cameras(cameras, robot.others);

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
+#include "apps/config/calibration_file.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 #include "drivers/sim_povray/place.h"
@@ -152,6 +155,28 @@ double greatest_range_m(const Landmark& landmark, const Bounds& bounds) {
                     std::max(landmark.y_m - bounds.min_y_m, bounds.max_y_m - landmark.y_m));
 }
 
+/// Returns the standard deviations of the rig's numbers, by vision::RigNumber.
+std::vector<double> sigmas_of(const RigSigma& s) {
+  std::vector<double> sigmas(vision::kRigNumbers, 0);
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    const auto set = [&](std::initializer_list<vision::ViewNumber> numbers, double sigma) {
+      for (const vision::ViewNumber number : numbers) sigmas[std::size_t(vision::rig_number(side, number))] = sigma;
+    };
+    set({vision::kColumn, vision::kRow}, s.centre_px);
+    set({vision::kRim}, s.rim_radius_px);
+    set({vision::kAzimuth}, s.azimuth_rad);
+    set({vision::kTiltX, vision::kTiltY}, s.tilt_rad);
+    set({vision::kOffsetX, vision::kOffsetY}, s.axis_offset_m);
+    set({vision::kApex}, s.apex_rad);
+    set({vision::kMirrorRadius}, s.mirror_radius_m);
+    set({vision::kLensToTip}, s.lens_to_tip_m);
+    set({vision::kK1, vision::kK2}, s.distortion);
+  }
+  sigmas[vision::kLensHeight] = s.lens_height_m;
+  sigmas[vision::kSeparation] = s.mirror_separation_m;
+  return sigmas;
+}
+
 void add_keys(const YAML::Node& node, const std::string& prefix, const std::string& file,
               sim_povray::KeyPlaces& places) {
   if (node.IsSequence() && !prefix.empty()) {
@@ -246,6 +271,15 @@ sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map) {
 }
 
 vision::Rig to_rig(const Robot& robot) {
+  if (!robot.rig.missing.empty()) {
+    throw FileError(
+        "{}: rig has no {}: twocone run --self-rig finds them in the first images, and twocone calibrate in a drive",
+        robot.file.string(), fmt::join(robot.rig.missing, ", "));
+  }
+  return to_assumed_rig(robot);
+}
+
+vision::Rig to_assumed_rig(const Robot& robot) {
   const Rig& rig = robot.rig;
   const double lower_tip_m = rig.lens_height_m + rig.lower.lens_to_tip_m;
   const double upper_lens_m = lower_tip_m + rig.mirror_separation_m - rig.upper.lens_to_tip_m;
@@ -273,6 +307,53 @@ std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map) {
 
 localisation::WheelGeometry to_wheels(const Robot& robot) {
   return {.radius_m = robot.drive.wheel_radius_m, .separation_m = robot.drive.wheel_separation_m};
+}
+
+BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
+  const RigSigma rig = robot.rig.sigma.value_or(ruler_sigma(robot.rig));
+  const WheelSigma wheels = robot.drive.sigma.value_or(ruler_sigma(robot.drive));
+  // All numbers in one list, as belief_names() has them. Without a calibration each is independent of the others.
+  std::vector<double> sigmas = sigmas_of(rig);
+  for (const Landmark& landmark : map.landmarks) {
+    const LandmarkSigma& s = landmark.sigma;
+    sigmas.insert(sigmas.end(), {s.x_m, s.y_m, s.top_m, s.radius_m});
+  }
+  sigmas.insert(sigmas.end(), {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m});
+
+  const Eigen::VectorXd independent = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()));
+  Eigen::MatrixXd covariance = independent.cwiseAbs2().asDiagonal();
+  if (!robot.rig.calibration.empty()) {
+    covariance = belief_covariance(read_calibration(robot.rig.calibration), robot, map, independent);
+  }
+  const Eigen::MatrixXd by_shared = root_of(covariance);
+  BeliefErrors errors;
+  errors.vision.rig = by_shared.topRows(vision::kRigNumbers);
+  for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
+    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
+    errors.vision.landmarks.emplace_back(by_shared.middleRows(at, vision::kLandmarkNumbers));
+    errors.places.emplace_back(by_shared.middleRows(at + vision::kPlaceX, 2));
+  }
+  Eigen::Matrix3d by_sizes;  // of left radius share, right radius share, separation
+  const double per_radius = 1 / robot.drive.wheel_radius_m;
+  by_sizes << per_radius, -0.5, 0, per_radius, 0.5, 0, 0, 0, 1;
+  errors.wheels = by_sizes * by_shared.bottomRows(3);
+  return errors;
+}
+
+std::string ruler_note(const Robot& robot, const Map& map) {
+  std::vector<std::string> lacking;
+  if (!robot.rig.sigma && robot.rig.calibration.empty())
+    lacking.push_back(fmt::format("rig: of {}", robot.file.string()));
+  if (!robot.drive.sigma && robot.rig.calibration.empty())
+    lacking.push_back(fmt::format("drive: of {}", robot.file.string()));
+  if (const std::size_t count = map.without_sigma.size(); count > 0) {
+    lacking.push_back(count == map.landmarks.size() ? fmt::format("the landmarks of {}", map.file.string())
+                                                    : fmt::format("{} landmarks of {} ({})", count, map.file.string(),
+                                                                  fmt::join(map.without_sigma, ", ")));
+  }
+  if (lacking.empty()) return "";
+  return fmt::format("no sigma is stated for {}: the answers count with what a ruler gives (key sigma, sigma_m)",
+                     fmt::join(lacking, ", "));
 }
 
 localisation::Pose to_start_pose(const Robot& robot) {

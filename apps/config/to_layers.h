@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -9,11 +10,13 @@
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
+#include "base/shared_errors.h"
 #include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 #include "localisation/odometry.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
+#include "vision/uncertain_rig.h"
 
 /// Converts files to the settings of each layer. This is the only place that separates belief from truth. The drivers
 /// receive `start:`, `body:`, `drive:`, `cameras:` and `effects:`, and from the map what a body can touch, what moves
@@ -46,8 +49,12 @@ std::vector<sim_povray::ViewSettings> to_views(const drivers::RobotSettings& set
 /// that cannot be read
 sim_povray::KeyPlaces key_places(const Robot& robot, const Map& map);
 
-/// Places the upper lens so that the tips are mirror_separation_m apart. @throws FileError if MirrorView rejects a view
+/// Places the upper lens so that the tips are mirror_separation_m apart. @throws FileError if MirrorView rejects a
+/// view, and if the file leaves numbers to the images (Rig::missing)
 vision::Rig to_rig(const Robot& robot);
+/// As to_rig(), with the assumed numbers for those that the file leaves to the images: for the search of these numbers
+/// alone. @throws FileError if MirrorView rejects a view
+vision::Rig to_assumed_rig(const Robot& robot);
 
 /// Returns the landmarks in the map's order. The functions below use the same order, so an index means the same
 /// landmark everywhere. The greatest range is the distance from the farthest corner of the bounds.
@@ -56,6 +63,20 @@ std::vector<Landmark> to_targets(const Map& map);
 std::vector<Eigen::Vector2d> to_landmark_positions(const Map& map);
 
 localisation::WheelGeometry to_wheels(const Robot& robot);
+
+/// How wrong what the robot believes may be: the effect of the shared errors on all of it, true minus believed.
+struct BeliefErrors {
+  vision::BeliefErrors vision;            ///< of rig and landmarks, in the map's order
+  std::vector<BySharedErrors<2>> places;  ///< of the landmarks' x and y alone, m
+  BySharedErrors<3> wheels;               ///< as for localisation::PoseFilter
+};
+/// Returns the errors that follow from the standard deviations of `rig:`, `drive:` and the map.
+BeliefErrors to_belief_errors(const Robot& robot, const Map& map);
+
+/// Returns a sentence that names what the files state no standard deviations of, so that those of a ruler count; empty
+/// if there is nothing of that kind.
+std::string ruler_note(const Robot& robot, const Map& map);
+
 /// Returns the believed start pose. It is the origin of the world if the file has no start.
 localisation::Pose to_start_pose(const Robot& robot);
 

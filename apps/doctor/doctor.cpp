@@ -10,6 +10,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/doctor/checks/checks.h"
+#include "apps/estimation/image_as_mat.h"
 
 namespace twocone::doctor {
 namespace {
@@ -57,7 +58,7 @@ class Examination {
 
  private:
   std::optional<drivers::RobotSettings> check_files() {
-    std::optional<config::Map> map;
+    std::optional<config::Map>& map = map_;
     try {
       map = config::read_map(robot_.map);
     } catch (const config::FileError& error) {
@@ -65,7 +66,7 @@ class Examination {
     }
     try {
       auto settings = config::to_robot_settings(robot_, map.value_or(any_map(robot_.map)), 1);
-      static_cast<void>(config::to_rig(robot_));
+      static_cast<void>(config::to_assumed_rig(robot_));
       if (map)
         report_.add({"files", "robot and map", fmt::format("{}: {} landmarks", robot_.name, map->landmarks.size())});
       return settings;
@@ -87,6 +88,7 @@ class Examination {
     check_camera_part("lower", settings.lower, rim_of(robot_.rig.lower));
     check_camera_part("upper", settings.upper, rim_of(robot_.rig.upper));
     for (const drivers::OtherCamera& other : settings.others) check_camera_part(other.name, other.part, std::nullopt);
+    check_rig_part();
     if (lower && upper && differ) check_pair_part(settings);
     if (drive) {
       guarded("drive", [&] { check_drive_part(settings); });
@@ -127,6 +129,7 @@ class Examination {
     surroundings_.progress("simulated robot", 0.5);
     check_view("lower", pair->lower, settings.lower.driver, rim_of(robot_.rig.lower));
     check_view("upper", pair->upper, settings.upper.driver, rim_of(robot_.rig.upper));
+    check_rig_part();
     whole.stop();
   }
 
@@ -144,7 +147,10 @@ class Examination {
     if (!image) return failed(image.error());
     const auto rgb = to_rgb8(**image);
     if (!rgb) return failed(rgb.error());
-    if (driver != drivers::kMemory) return check_image(view, *rgb, believed, report_);
+    if (driver != drivers::kMemory) {
+      (view == "lower" ? lower_ : upper_) = *rgb;
+      return check_image(view, *rgb, believed, report_);
+    }
     // The pattern of driver memory shows no mirror.
     report_.add({view, "image", fmt::format("{} x {}", rgb->width_px, rgb->height_px)});
   }
@@ -174,7 +180,18 @@ class Examination {
       const auto camera = openers_.camera("cameras." + name, part);
       if (!camera) return report_.add(failed_row(name, "opens", camera.error(), camera_advice(camera.error().code)));
       if (rim) works_.push_back(name);
-      check_camera({name, part, rim}, **camera, options_.seconds, surroundings_, report_);
+      auto image = check_camera({name, part, rim}, **camera, options_.seconds, surroundings_, report_);
+      if (name == "lower") lower_ = std::move(image);
+      if (name == "upper") upper_ = std::move(image);
+    });
+  }
+
+  /// Compares `rig:` with what one image of each camera shows. Needs a map with landmarks.
+  void check_rig_part() {
+    if (!lower_ || !upper_ || !map_) return;
+    surroundings_.progress("rig", 0);
+    guarded("rig", [&] {
+      check_rig({robot_, *map_, estimation::as_mat(*lower_), estimation::as_mat(*upper_), options_.images}, report_);
     });
   }
 
@@ -216,7 +233,9 @@ class Examination {
   const Openers& openers_;
   const Surroundings& surroundings_;
   Report report_;
-  std::vector<std::string> works_;  ///< cameras of the pair that could be opened
+  std::optional<config::Map> map_;      ///< none: unreadable
+  std::optional<Image> lower_, upper_;  ///< the last image of each camera of the pair, kRgb8
+  std::vector<std::string> works_;      ///< cameras of the pair that could be opened
 };
 
 }  // namespace

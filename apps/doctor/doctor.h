@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -32,7 +33,9 @@ struct Surroundings {
 };
 
 struct Options {
-  double seconds = 3;                  ///< duration of a measurement, for each camera and for the pair, > 0
+  double seconds = 3;  ///< duration of a measurement, for each camera and for the pair, > 0
+  /// Folder for one image of each camera with circles on rim and tip; it is made if necessary. Empty: none are stored.
+  std::filesystem::path images{};
   bool wheels_off_the_ground = false;  ///< stated by the user: the wheels may be turned without a question
 };
 

@@ -119,14 +119,15 @@ double thread_time_s() {
 }
 
 Fix fix_of_outline(const std::vector<RangeMeasurement>& measured, const std::vector<Eigen::Vector2d>& landmarks_m,
-                   bool use_bearings) {
+                   bool use_bearings, const std::vector<BySharedErrors<2>>& places_by_shared) {
   std::vector<localisation::LandmarkMeasurement> measurements;
   std::vector<int> landmarks;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const RangeMeasurement& m = measured[i];
     const auto bearing_rad = use_bearings ? m.bearing_rad : std::nullopt;
     if (!m.covariance || (!m.range_m && !bearing_rad)) continue;
-    measurements.push_back({landmarks_m[i], m.range_m, bearing_rad, *m.covariance});
+    measurements.push_back({landmarks_m[i], m.range_m, bearing_rad, m.own_covariance.value_or(*m.covariance),
+                            m.by_shared, places_by_shared.empty() ? BySharedErrors<2>() : places_by_shared[i]});
     landmarks.push_back(int(i));
   }
   Fix fix = localisation::fix_by_least_squares(measurements);
@@ -135,6 +136,7 @@ Fix fix_of_outline(const std::vector<RangeMeasurement>& measured, const std::vec
 }
 
 FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
+                              const std::vector<BySharedErrors<2>>& places_by_shared,
                               const std::array<Eigen::Vector2d, 2>& centres_px, const config::EstimatorKeys& keys,
                               const std::function<double()>& clock_s, double begin_s) {
   FrameAnswer answer;
@@ -142,7 +144,7 @@ FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::
   const double looked_s = keys.budget_s ? clock_s() : 0;
   const auto locate = [&](bool use_bearings) {
     const double from_s = thread_time_s();
-    Fix fix = fix_of_outline(answer.ranges, landmarks_m, use_bearings);
+    Fix fix = fix_of_outline(answer.ranges, landmarks_m, use_bearings, places_by_shared);
     answer.timing.localisation_s += thread_time_s() - from_s;
     return fix;
   };

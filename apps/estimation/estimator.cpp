@@ -21,12 +21,12 @@ namespace {
 using Ranging = std::variant<vision::PaperRanging, vision::OutlineRanging>;
 
 Ranging make_ranging(Method method, const config::Robot& robot, const config::Map& map, cv::Size lower, cv::Size upper,
-                     const std::vector<std::size_t>& wanted) {
+                     const std::vector<std::size_t>& wanted, const vision::BeliefErrors& errors) {
   try {
     const vision::Rig rig = config::to_rig(robot);
     const std::vector<Landmark> targets = config::to_targets(map);
     if (method == Method::kPaper) return vision::PaperRanging(rig, targets, lower, upper, wanted);
-    return vision::OutlineRanging(rig, targets, lower, upper, wanted);
+    return vision::OutlineRanging(rig, targets, lower, upper, wanted, errors);
   } catch (const std::invalid_argument& error) {
     throw config::FileError("{} with {}: {}", robot.file.string(), map.file.string(), error.what());
   }
@@ -108,6 +108,7 @@ double steady_time_s() {
 
 Estimator::Estimator(Method method, const config::Robot& robot, const config::Map& map, std::function<double()> clock_s)
     : landmarks_m_(config::to_landmark_positions(map)),
+      belief_errors_(config::to_belief_errors(robot, map)),
       bounds_(map.bounds),
       lower_size_(robot.lower.settings.width_px, robot.lower.settings.height_px),
       upper_size_(robot.upper.settings.width_px, robot.upper.settings.height_px),
@@ -117,7 +118,7 @@ Estimator::Estimator(Method method, const config::Robot& robot, const config::Ma
       stage_(stage_of(robot)),
       clock_s_(std::move(clock_s)),
       wanted_(wanted_of(robot, map)),
-      ranging_(make_ranging(method, robot, map, lower_size_, upper_size_, wanted_)) {
+      ranging_(make_ranging(method, robot, map, lower_size_, upper_size_, wanted_, belief_errors_.vision)) {
   if (!wanted_.empty()) return;
   wanted_.resize(map.landmarks.size());
   std::iota(wanted_.begin(), wanted_.end(), std::size_t(0));
@@ -131,10 +132,10 @@ FrameAnswer Estimator::answer_by_outline(const vision::OutlineRanging& ranging, 
     observation.take(wanted_, *stage_);
     answer.ranges = observation.measurements();
     const double ranged_s = thread_time_s();
-    answer.fix = fix_of_outline(answer.ranges, landmarks_m_, keys_.bearings);
+    answer.fix = fix_of_outline(answer.ranges, landmarks_m_, keys_.bearings, belief_errors_.places);
     answer.timing.localisation_s = thread_time_s() - ranged_s;
   } else {
-    answer = refine_adaptively(observation, landmarks_m_, centres_px_, keys_, clock_s_, begin_s);
+    answer = refine_adaptively(observation, landmarks_m_, belief_errors_.places, centres_px_, keys_, clock_s_, begin_s);
   }
   check_bounds(bounds_, answer.fix);
   answer.timing.refined = observation.refined();

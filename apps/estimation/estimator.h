@@ -9,7 +9,9 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
+#include "apps/config/to_layers.h"
 #include "apps/estimation/method.h"
+#include "base/shared_errors.h"
 #include "hal/image.h"
 #include "localisation/fix.h"
 #include "vision/outline_ranging.h"
@@ -36,8 +38,10 @@ struct FrameAnswer {
 
 /// Returns the fix from ranges and bearings. landmarks_m[i] is the position of the landmark of measured[i] in the world
 /// frame. The fix's outliers are indices into both vectors.
+/// @param places_by_shared errors of landmarks_m[i]; empty: they are known exactly
 localisation::Fix fix_of_outline(const std::vector<vision::RangeMeasurement>& measured,
-                                 const std::vector<Eigen::Vector2d>& landmarks_m, bool use_bearings);
+                                 const std::vector<Eigen::Vector2d>& landmarks_m, bool use_bearings,
+                                 const std::vector<BySharedErrors<2>>& places_by_shared = {});
 
 /// Returns the processor time of the calling thread, seconds. Only differences have a meaning.
 double thread_time_s();
@@ -66,6 +70,7 @@ class Estimator {
                                               const cv::Mat& upper, double begin_s) const;
 
   std::vector<Eigen::Vector2d> landmarks_m_;
+  config::BeliefErrors belief_errors_;
   config::Bounds bounds_;
   cv::Size lower_size_;
   cv::Size upper_size_;
@@ -113,11 +118,13 @@ void check_bounds(const config::Bounds& bounds, localisation::Fix& fix);
 /// within the time budget. The prediction is the mean time of the refinements in this frame so far. The first one is
 /// assumed to take as long as the finder.
 /// @param keys only `bearings`, `enough_m` and `budget_s` are used
+/// @param places_by_shared as for fix_of_outline()
 /// @param centres_px positions of the tips in the lower and the upper image
 /// @param clock_s seconds, read only with a time budget
 /// @param begin_s time on that clock at which the work on the frame began
 /// @returns the answer; its timing has only localisation_s, the time of the fixes
 FrameAnswer refine_adaptively(vision::FrameObservation& observation, const std::vector<Eigen::Vector2d>& landmarks_m,
+                              const std::vector<BySharedErrors<2>>& places_by_shared,
                               const std::array<Eigen::Vector2d, 2>& centres_px, const config::EstimatorKeys& keys,
                               const std::function<double()>& clock_s, double begin_s);
 

@@ -29,8 +29,9 @@ TrackAnswer take_alone(const localisation::Fix& fix, const std::optional<double>
 
 }  // namespace
 
-Track::Track(Method method, const config::Robot& robot) {
-  if (method == Method::kOutline) filter_.emplace(config::to_wheels(robot), localisation::OdometryNoise{});
+Track::Track(Method method, const config::Robot& robot, const config::Map& map) {
+  if (method != Method::kOutline) return;
+  filter_.emplace(config::to_wheels(robot), localisation::OdometryNoise{}, config::to_belief_errors(robot, map).wheels);
 }
 
 TrackAnswer Track::follow(double t_s, double left_rad, double right_rad, double odometry_heading_rad,

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/estimation/method.h"
 #include "hal/diff_drive.h"
@@ -34,7 +35,7 @@ struct TrackAnswer {
 class Track {
  public:
   /// @throws std::invalid_argument for wheels that the filter rejects
-  Track(Method method, const config::Robot& robot);
+  Track(Method method, const config::Robot& robot, const config::Map& map);
 
   /// Adds a frame and returns the pose at its time.
   /// @param t_s time of the frame, later than that of the frame before

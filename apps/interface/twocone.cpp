@@ -202,7 +202,7 @@ Localiser::Localiser(const RobotDescription& description) {
   const config::Robot& robot = description.impl_->robot;
   const auto method = estimation::method_of(robot);
   impl_ = std::make_unique<Impl>(Impl{description, estimation::Estimator(method, robot, description.impl_->map),
-                                      estimation::Track(method, robot)});
+                                      estimation::Track(method, robot, description.impl_->map)});
 }
 Localiser::Localiser(Localiser&&) noexcept = default;
 Localiser& Localiser::operator=(Localiser&&) noexcept = default;

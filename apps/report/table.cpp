@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
 #include "apps/report/kit/plain_text.h"
@@ -196,6 +197,13 @@ std::string bounds(const runlog::Summary& summary) {
   }
   text += bound_row("position", summary.position_bound_m, 2, kMmPerM) + share_within(summary.in_ellipse_95) + "\n";
   if (summary.heading_bound_rad) text += bound_row("heading", summary.heading_bound_rad, 4, kDegreesPerRad) + "\n";
+  if (summary.whole_position_bound_m) {
+    text += "The same with the sigmas of map and rig:\n";
+    text += bound_row("position", summary.whole_position_bound_m, 2, kMmPerM) + "\n";
+    if (summary.whole_heading_bound_rad) {
+      text += bound_row("heading", summary.whole_heading_bound_rad, 4, kDegreesPerRad) + "\n";
+    }
+  }
   return text + "95 %: answers whose own 1.96 sigma (position: 95 % ellipse) contains the truth; ideally 95 %.\n\n";
 }
 
@@ -231,6 +239,9 @@ std::optional<runlog::Summary> baseline_of(const runlog::RunData& run, std::vect
 
 std::string table_of(const runlog::RunData& run, std::vector<std::string>& notes) {
   const std::optional<runlog::Summary> baseline = baseline_of(run, notes);
+  if (run.method == to_string(estimation::Method::kOutline)) {
+    if (std::string note = config::ruler_note(run.robot, run.map); !note.empty()) notes.push_back(std::move(note));
+  }
   const std::optional<runlog::TimingSummary> timing = runlog::summarise_timing(run);
   return table(runlog::summarise(run), run.info, run.robot, baseline ? &*baseline : nullptr,
                timing ? &*timing : nullptr);

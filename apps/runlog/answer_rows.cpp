@@ -60,12 +60,16 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswe
     row.true_x_m = truth->x_m;
     row.true_y_m = truth->y_m;
   }
-  for (const auto& [position, heading_rad, covariance] :
-       {std::tie(fix.position_m, fix.heading_rad, fix.covariance),
-        std::tie(fix.other_position_m, fix.other_heading_rad, fix.other_covariance)}) {
+  for (const auto& [position, heading_rad, covariance, own] :
+       {std::tie(fix.position_m, fix.heading_rad, fix.covariance, fix.own_covariance),
+        std::tie(fix.other_position_m, fix.other_heading_rad, fix.other_covariance, fix.other_own_covariance)}) {
     if (!position) continue;
     row.heading_rad = heading_rad;
     set_covariance(covariance, heading_rad.has_value(), row);
+    row.own_var_x_m2 = own ? std::optional((*own)(0, 0)) : std::nullopt;
+    row.own_cov_xy_m2 = own ? std::optional((*own)(0, 1)) : std::nullopt;
+    row.own_var_y_m2 = own ? std::optional((*own)(1, 1)) : std::nullopt;
+    row.own_var_heading_rad2 = own && heading_rad ? std::optional((*own)(2, 2)) : std::nullopt;
     row.x_m = position->x();
     row.y_m = position->y();
     // A position out of bounds is no answer, so it has no error.

@@ -62,7 +62,7 @@ Result<runlog::RunData> localise(const fs::path& folder, estimation::Method meth
   const runlog::RunLock lock(folder);
   const runlog::RunData run = runlog::read_run(folder);
   const estimation::Estimator estimator(method, run.robot, run.map);
-  estimation::Track track(method, run.robot);
+  estimation::Track track(method, run.robot, run.map);
   if (run.frames.empty()) throw config::FileError("{}: the run has no frame", folder.string());
   runlog::check_drive(run);
   bool is_any_read = false;

@@ -21,6 +21,7 @@
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
 #include "apps/runs/loop/truth_collector.h"
+#include "apps/runs/self_rig.h"
 #include "base/errors.h"
 #include "base/log.h"
 #include "drivers/sim_povray/effects.h"
@@ -217,6 +218,10 @@ class Loop {
     }
     const auto fix = answers_.answer(*lower, *upper, record);
     if (!fix) return failed(fix.error());
+    // The search takes as long as many frames, so that it is made once, where the rig may be the reason.
+    if (record_.frames() == 0 && (has_rim_warning_ || !is_place(*fix))) {
+      if (const auto warning = rig_warning(robot_, map_, *lower, *upper)) record_.note(*warning);
+    }
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
     if (is_place(*fix)) steering_.add_fix(record.frame.frame, *fix->position_m);
@@ -248,7 +253,10 @@ class Loop {
       if (!checked) return checked.error();
       if (*checked) record_.note(**checked);
     }
-    for (const std::string& warning : rim_warnings(robot_, lower, upper)) record_.note(warning);
+    for (const std::string& warning : rim_warnings(robot_, lower, upper)) {
+      record_.note(warning);
+      has_rim_warning_ = has_rim_warning_ || warning.starts_with("warning");
+    }
     note_renderer();
     if (!record_.info().renderer.empty()) record_.write_yaml();  // resume() reads it
     return {};
@@ -313,6 +321,7 @@ class Loop {
   RealTime real_time_{RealTime::Milliseconds(1e3 / robot_.lower.settings.rate_hz)};
   TruthCollector truth_;
   bool has_true_objects_ = false;
+  bool has_rim_warning_ = false;  ///< the first images show a rim elsewhere, or none
   std::optional<FrameTaker> taker_;
   std::deque<TakenFrame> pending_;
   double clock_before_s_ = 0;  ///< host_t_s of the last stored frame of a resumed run

@@ -91,7 +91,10 @@ std::vector<std::string> rank_landmarks(const config::Robot& robot, const config
   std::vector<std::vector<Eigen::Matrix2d>> all;  // [episode][landmark], of range and bearing
   all.reserve(episodes.size());
   for (const Episode& episode : episodes) {
-    all.push_back(runlog::landmark_information(rig, targets, places_m, episode.from, noise_px));
+    std::vector<Eigen::Matrix2d>& of_both = all.emplace_back();
+    for (const auto& [lower, upper] : runlog::landmark_information(rig, targets, places_m, episode.from, noise_px)) {
+      of_both.emplace_back(lower + upper);
+    }
   }
   std::vector<std::size_t> kept(places_m.size());
   std::iota(kept.begin(), kept.end(), 0);

@@ -293,7 +293,7 @@ class ShardRunner {
                        const Bounds& bounds, ShardRecord& record) const {
     const auto steps = steps_of(setting, plan_.robot_rate_hz);
     for (std::size_t episode = 0; episode < shots.size(); episode += kStepsOfEpisode) {
-      estimation::Track track(estimation::Method::kOutline, robot_);
+      estimation::Track track(estimation::Method::kOutline, robot_, map_);
       const Shot& last = shots[episode + std::size_t(steps.back())];
       Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
       for (const int step : steps) {

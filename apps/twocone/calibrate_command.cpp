@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -38,6 +39,8 @@ struct CalibrateArguments {
 /// Sets the prior of a text such as "tilt_rad=0.01".
 void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
   const std::map<std::string, double*> known{{"length_m", &priors.length_m},
+                                             {"mirror_separation_m", &priors.mirror_separation_m},
+                                             {"lens_height_m", &priors.lens_height_m},
                                              {"centre_px", &priors.centre_px},
                                              {"rim_share", &priors.rim_share},
                                              {"azimuth_rad", &priors.azimuth_rad},
@@ -90,6 +93,7 @@ std::vector<std::string> header_lines(const calibrate::Report& report) {
   lines.push_back(fmt::format("Sightings' residuals: lower {:.3f} -> {:.3f} px, upper {:.3f} -> {:.3f} px.",
                               report.result.rms_before_px[0], report.result.rms_after_px[0],
                               report.result.rms_before_px[1], report.result.rms_after_px[1]));
+  if (report.exchanged) lines.emplace_back("The cameras were exchanged: lower and upper have changed places here.");
   std::string kept;
   for (const vision::CalibratedParameter& p : report.result.parameters) {
     if (!p.observed && !p.derived) kept += (kept.empty() ? "" : ", ") + p.name;
@@ -106,11 +110,11 @@ std::optional<runlog::RunLock> lock_around(const std::filesystem::path& file) {
 }
 
 void calibrate_with(CalibrateArguments options) {
-  for (const std::string& prior : options.priors) set_prior(prior, options.settings.priors);
   // The names contain that of the robot file, because two calibrations may share a folder.
   const std::string stem = options.out.stem().string();
   if (options.json.empty()) options.json = options.out.parent_path() / (stem + ".calibration.json");
-  std::vector<std::filesystem::path> results{options.out, options.json};
+  const std::filesystem::path map = options.out.parent_path() / (stem + ".map.yaml");
+  std::vector<std::filesystem::path> results{options.out, options.json, map};
   if (!options.figures.empty()) {
     for (const char* view : {"lower", "upper"}) {
       results.push_back(options.figures / fmt::format("{}.calibration_{}.svg", stem, view));
@@ -121,6 +125,8 @@ void calibrate_with(CalibrateArguments options) {
   std::vector<runlog::RunData> runs;
   for (const auto& folder : options.runs) runs.push_back(runlog::read_run(folder));
   const config::Robot robot = robot_of(options, runs.front());
+  options.settings.priors = calibrate::priors_of(robot);
+  for (const std::string& prior : options.priors) set_prior(prior, options.settings.priors);
   ProgressBar bar("calibrate");
   options.settings.progress = [&bar](double done) { bar.show(done); };
   const calibrate::Report report = value_or_fail(calibrate::calibrate(runs, robot, options.settings));
@@ -129,18 +135,32 @@ void calibrate_with(CalibrateArguments options) {
   runlog::write_whole(options.json, calibrate::to_json(report));
   if (!options.figures.empty()) {
     runlog::make_folder(options.figures);
-    runlog::write_whole(results[2], calibrate::residual_figure(report, vision::Side::kLower));
-    runlog::write_whole(results[3], calibrate::residual_figure(report, vision::Side::kUpper));
+    runlog::write_whole(results[3], calibrate::residual_figure(report, vision::Side::kLower));
+    runlog::write_whole(results[4], calibrate::residual_figure(report, vision::Side::kUpper));
   }
   // The robot file is written last. If it exists, all files that belong to it exist too.
   config::Robot calibrated = robot;
   calibrated.rig = report.rig;
+  if (report.exchanged) {
+    for (auto& change : config::exchange_cameras(robot)) calibrated.changes.push_back(std::move(change));
+    std::swap(calibrated.lower, calibrated.upper);
+  }
   calibrated.drive.wheel_separation_m = report.drive.wheel_separation_m;
   calibrated.drive.wheel_radius_m = report.drive.wheel_radius_m;
+  calibrated.drive.sigma = report.drive.sigma;
+  const std::vector<Landmark> landmarks = calibrate::refined_landmarks(report);
+  if (!landmarks.empty()) {
+    config::Map refined = config::read_map(robot.map);
+    refined.landmarks = landmarks;
+    refined.scene.reset();  // the one that the file names
+    runlog::write_whole(map, config::map_text(robot.map, map, refined, header_lines(report)));
+    calibrated.map = map;
+  }
+  if (report.has_one_map) calibrated.rig.calibration = options.json;
   runlog::write_whole(options.out, config::robot_text(robot.file, options.out, calibrated, header_lines(report)));
   fmt::print("{}\nrobot file  {}\nnumbers     {}\n", calibrate::table(report), options.out.string(),
              options.json.string());
-  if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[2].string(), results[3].string());
+  if (!options.figures.empty()) fmt::print("figures     {}, {}\n", results[3].string(), results[4].string());
 }
 
 }  // namespace

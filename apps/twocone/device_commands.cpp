@@ -160,8 +160,9 @@ class Terminal {
   std::string what_;
 };
 
-void doctor_with(const DoctorArguments& options) {
+void doctor_with(DoctorArguments options) {
   const config::Robot robot = options.robot.read();
+  if (options.doctor.images.empty()) options.doctor.images = fmt::format("runs/doctor-{}", robot.name);
   const std::atomic<bool>& stop = stop_on_signals();
   const SteadyClock clock;
   doctor::Report report;
@@ -199,6 +200,8 @@ void add_doctor(CLI::App& program) {
   add_robot(command, options->robot, "Robot file (robots/lab_sim.yaml)")->required();
   add_checked(command, "--seconds", options->doctor.seconds, "Time for which each camera, and the pair, is measured",
               number_within(0.5, 3600));
+  command->add_option("--images", options->doctor.images,
+                      "Folder for an image of each camera with circles on rim and tip (default: runs/doctor-ROBOT)");
   command->add_flag("--wheels-off-the-ground", options->doctor.wheels_off_the_ground,
                     "Confirms that both wheels hang free: turn them without a question. Otherwise the program asks on\n"
                     "the terminal; without a terminal it never turns the wheels");

@@ -20,6 +20,7 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runs/run.h"
+#include "apps/runs/self_rig.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 
@@ -33,6 +34,7 @@ struct RunArguments {
   std::filesystem::path resume;  ///< run folder; empty: a new run
   std::string method;            ///< empty: the robot file's
   std::optional<double> budget_ms;
+  bool self_rig = false;
   runs::RunOptions run;
   double patience_s = std::chrono::duration<double>(run.patience).count();
 };
@@ -88,6 +90,13 @@ void run_with(RunArguments options) {
     options.run.notify = [&bar](const std::string& event) { bar.say(event); };
     options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
     const auto progress = [&bar](double done) { bar.show(done); };
+    if (options.self_rig) {
+      const auto found = runs::with_self_rig(robot, config::read_map(robot.map), options.run, stop);
+      if (!found && stop) throw Interrupted(next_step(options.run));
+      runs::SelfRigRobot own = value_or_fail(found);
+      bar.say(own.event);
+      robot = std::move(own.robot);
+    }
     const auto driven = options.resume.empty()
                             ? runs::run(robot, config::read_map(robot.map), options.run, progress, stop)
                             : runs::resume(options.run.out, options.run, progress, stop);
@@ -222,6 +231,9 @@ void add_run(CLI::App& program) {
   add_renderer(command, options->run.renderer);
   command->add_flag("--real-time", options->run.real_time,
                     "Pace the simulation by the wall clock, and report the frames that were late");
+  command->add_flag("--self-rig", options->self_rig,
+                    "Take what the first images show of rig: before the run begins: where the mirrors are, mirrored\n"
+                    "images, and how the cameras are turned; recorded in run.yaml");
   command->add_flag("--truth", options->run.truth,
                     "Also store what each pixel shows: object, distance and normal (simulation, native renderer)");
   command->add_flag("--force", options->run.replace, "Replace the run that is in --out");

@@ -156,10 +156,11 @@ Posterior update(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance,
   result.kind = Posterior::Kind::kGaussian;
   result.mean = mean + unit.cwiseProduct(lower * mode->z);
   result.covariance = root * root.transpose();
-  const double scale = 1 / std::sqrt(widening);
-  result.measurement = linear_measurement(problem, posterior.at(mode->z));
-  result.measurement.slopes = result.measurement.slopes * per_unit.asDiagonal() * scale;
-  result.measurement.error = result.measurement.error * scale + result.measurement.slopes * (result.mean - mean);
+  LinearMeasurement& m = result.measurement = linear_measurement(problem, posterior.at(mode->z));
+  m.slopes = m.slopes * per_unit.asDiagonal();
+  m.error += m.slopes * (result.mean - mean);
+  // As in a fix, what the widening adds counts as own noise.
+  m.own_covariance = widening * m.own_covariance + (widening - 1) * m.by_shared * m.by_shared.transpose();
   return result;
 }
 

@@ -33,10 +33,10 @@ std::string robot_text(const SyntheticDrive& drive) {
       "map: {}/scenes/lab.map.yaml\n"
       "start: {{x_m: 0, y_m: 0, heading_rad: 0}}\n"
       "body: {{radius_m: 0.2}}\n"
-      "drive: {{driver: {}, wheel_separation_m: 0.30, wheel_radius_m: 0.05, max_speed_mps: 0.5}}\n"
+      "drive: {{driver: {}, wheel_separation_m: 0.30, wheel_radius_m: 0.05, max_speed_mps: 0.5, sigma: 0}}\n"
       "cameras:\n  lower: {}\n  upper: {}\n"
       "rig:\n  mirror: {{type: cone, apex_rad: 1.5707963267948966}}\n"
-      "  mirror_radius_m: 0.06\n  lens_to_tip_m: 0.12\n  mirror_separation_m: 0.30\n  lens_height_m: 0.25\n"
+      "  mirror_radius_m: 0.06\n  lens_to_tip_m: 0.12\n  mirror_separation_m: 0.30\n  lens_height_m: 0.25\n  sigma: 0\n"
       "  lower: {}\n  upper: {}\n",
       TWOCONE_SOURCE_DIR, drive.driver, camera, camera, view, view);
 }

@@ -136,9 +136,13 @@ TEST(EveryKey, OfTheLabRobot) {
       {"start.x_m", "start.y_m", "start.heading_rad", "rig.lower.azimuth_rad", "rig.upper.azimuth_rad"});
   change_every_key("robots/lab_sim.yaml",
                    {{Change::kLeftOut,
-                     {"start",                    // a real robot has none; to_robot_settings requires it where needed
-                      "latency_frames",           // documented default 4
-                      "drive.command_timeout_s",  // documented default 0.5 s
+                     {"start",                     // a real robot has none; to_robot_settings requires it where needed
+                      "latency_frames",            // documented default 4
+                      "drive.sigma", "rig.sigma",  // those of a ruler
+                      "rig.lower", "rig.upper",    // left to the images, with their keys
+                      "rig.lower.centre_px", "rig.lower.rim_radius_px", "rig.lower.azimuth_rad", "rig.upper.centre_px",
+                      "rig.upper.rim_radius_px", "rig.upper.azimuth_rad",
+                      "drive.command_timeout_s",                                     // documented default 0.5 s
                       "effects", "effects.slip", "effects.encoder_counts_per_turn",  // none: ideal
                       "waypoints_m"}},                                               // only for that behaviour
                     {Change::kWord, text},
@@ -150,6 +154,7 @@ TEST(EveryKey, OfTheLabMap) {
   change_every_key("scenes/lab.map.yaml",
                    {{Change::kLeftOut,
                      {"scene",                                     // a real room has none
+                      "landmark_sigma_m",                          // that of a tape measure
                       "obstacles", "effects"}},                    // none
                     {Change::kWord, {"scene", "landmarks.name"}},  // text
                     {Change::kMinusOne,

@@ -23,9 +23,21 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   wanted.scene_paths = {file.parent_path(), file.parent_path() / "parts", "/usr/share/doc/povray/examples"};
   wanted.unit_m = 0.04;
   wanted.bounds = {.min_x_m = -2.1, .max_x_m = 3.3, .min_y_m = -1.7, .max_y_m = 2.9};
-  wanted.landmarks = {
-      {.name = "red", .colour = {0.9, 0.1, 0.05}, .x_m = -1.9, .y_m = 0.7, .radius_m = 0.08, .top_m = 0.95},
-      {.name = "green", .colour = {0, 1, 0}, .x_m = 2.3, .y_m = -1.1, .radius_m = 0.11, .top_m = 1.05}};
+  wanted.landmarks = {{.name = "red",
+                       .colour = {0.9, 0.1, 0.05},
+                       .x_m = -1.9,
+                       .y_m = 0.7,
+                       .radius_m = 0.08,
+                       .top_m = 0.95,
+                       .sigma = {.x_m = 0.004, .y_m = 0.006, .top_m = 0.002, .radius_m = 0.0005}},
+                      {.name = "green",
+                       .colour = {0, 1, 0},
+                       .x_m = 2.3,
+                       .y_m = -1.1,
+                       .radius_m = 0.11,
+                       .top_m = 1.05,
+                       .sigma = kTapeSigma}};
+  wanted.without_sigma = {"green"};
   wanted.obstacles = {Polygon{{0.1, 0.2}, {0.9, 0.3}, {0.4, 1.1}}, Disc{{1.2, -0.8}, 0.25}};
   wanted.moving = moving_in_good_map();
   wanted.effects = {.shadows = false, .photons = false, .reflection_depth = 3};
@@ -36,6 +48,7 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   EXPECT_EQ(map.unit_m, wanted.unit_m);
   EXPECT_EQ(map.bounds, wanted.bounds);
   EXPECT_EQ(map.landmarks, wanted.landmarks);
+  EXPECT_EQ(map.without_sigma, wanted.without_sigma);
   EXPECT_EQ(map.obstacles, wanted.obstacles);
   EXPECT_EQ(map.moving, wanted.moving);
   EXPECT_EQ(map.effects, wanted.effects);
@@ -115,7 +128,9 @@ const BadCase kBadMapKeys[] = {
     {"ThinLandmark", "radius_m: 0.11, top_m", "radius_m: 0, top_m",
      "map.yaml:7: landmarks[1].radius_m is 0 m, must be > 0"},
     {"FlatLandmark", "top_m: 1.05", "top_m: -1.05", "map.yaml:7: landmarks[1].top_m is -1.05 m, must be > 0"},
-    {"LandmarkIsAWord", "  - {name: red, colour: [0.9, 0.1, 0.05], x_m: -1.9, y_m: 0.7, radius_m: 0.08, top_m: 0.95}",
+    {"LandmarkIsAWord",
+     "  - {name: red, colour: [0.9, 0.1, 0.05], x_m: -1.9, y_m: 0.7, radius_m: 0.08, top_m: 0.95, "
+     "sigma_m: [0.004, 0.006, 0.002, 0.0005]}",
      "  - red", "map.yaml:6: landmarks[0] is 'red', must be a mapping"},
     {"TwoCorners", "[0.9, 0.3], [0.4, 1.1]", "[0.9, 0.3]",
      "map.yaml:9: obstacles[0].polygon_m is a list of 2, must be at least 3 corners"},
@@ -133,7 +148,7 @@ const BadCase kBadMapKeys[] = {
      "map.yaml:10: obstacles[1] has neither polygon_m nor circle_m, must have one of them"},
     {"UnknownKey", "effects: {", "efects: {",
      "map.yaml:14: efects is unknown, did you mean effects? (known here: scene, scene_paths, unit_m, "
-     "bounds_m, landmarks, "
+     "bounds_m, landmark_sigma_m, landmarks, "
      "obstacles, moving, effects)"}};
 
 INSTANTIATE_TEST_SUITE_P(All, BadMapFile, testing::ValuesIn(kBadMapKeys), name_of<BadCase>);

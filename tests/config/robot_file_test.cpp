@@ -164,18 +164,35 @@ TEST(RobotFile, EveryMirrorKeyMayBeCommonOrOnItsOwn) {
 }
 
 TEST(RobotFile, NamesWhatAMirrorLacks) {
-  // The key is missing in both mirrors; in one; and one mirror has no section.
+  // The key is missing in both mirrors; in one; and one mirror has no section, but its own size in the other.
   EXPECT_EQ(message_of([] { parsed_robot(with(good_robot_text(), "  lens_to_tip_m: 0.118\n", "")); }),
             "robot.yaml:17: rig.lens_to_tip_m is missing: distance d from the lens to the mirror's tip, here for both "
             "mirrors or in lower and in upper, metres");
   EXPECT_EQ(message_of([] { parsed_robot(with(good_robot_text(), "  mirror_radius_m: 0.061\n", "")); }),
             "robot.yaml:22: rig.lower.mirror_radius_m is missing: radius R of the mirror's rim, metres");
-  EXPECT_EQ(message_of([] {
-              parsed_robot(with(
-                  good_robot_text(),
-                  "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", ""));
-            }),
-            "robot.yaml:17: rig.lower is missing: the lower mirror, with its centre_px, rim_radius_px, azimuth_rad");
+  const std::string no_lower =
+      with(good_robot_text(),
+           "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", "");
+  EXPECT_EQ(message_of([&] { parsed_robot(with(no_lower, "  mirror_radius_m: 0.061\n", "")); }),
+            "robot.yaml:17: rig.lower is missing: the lower mirror, with its mirror_radius_m");
+}
+
+// Catches a number that is made up for one which the images must show.
+TEST(RobotFile, MayLeaveToTheImagesWhatTheyShow) {
+  const Robot whole = parsed_robot(good_robot_text());
+  EXPECT_TRUE(whole.rig.missing.empty());
+  const Robot no_lower = parsed_robot(
+      with(good_robot_text(),
+           "  lower:\n    centre_px: [318.25, 241.5]\n    rim_radius_px: 233.75\n    azimuth_rad: 0.021\n", ""));
+  EXPECT_EQ(no_lower.rig.missing,
+            (std::vector<std::string>{"lower.centre_px", "lower.rim_radius_px", "lower.azimuth_rad"}));
+  // The middle of the image, and a radius that a mirror in it may have: the start of a search.
+  EXPECT_EQ(no_lower.rig.lower.centre_px,
+            (std::array{(no_lower.lower.settings.width_px - 1) / 2.0, (no_lower.lower.settings.height_px - 1) / 2.0}));
+  EXPECT_GT(no_lower.rig.lower.rim_radius_px, 0);
+  EXPECT_EQ(no_lower.rig.upper, whole.rig.upper);
+  const Robot no_azimuth = parsed_robot(with(good_robot_text(), "    azimuth_rad: 0.021\n", ""));
+  EXPECT_EQ(no_azimuth.rig.missing, std::vector<std::string>{"lower.azimuth_rad"});
 }
 
 TEST(RobotFile, ReportsAllErrorsAtOnceByLine) {
@@ -340,7 +357,7 @@ const BadCase kBadRobotKeys[] = {
     {"Misspelt", "  max_speed_mps: 0.37", "  max_sped_mps: 0.37",
      "robot.yaml:7: drive.max_speed_mps is missing: greatest speed of a wheel over the floor, metres a second\n"
      "robot.yaml:11: drive.max_sped_mps is unknown, did you mean max_speed_mps? (known here: driver, "
-     "wheel_separation_m, wheel_radius_m, max_speed_mps, command_timeout_s)"},
+     "wheel_separation_m, wheel_radius_m, max_speed_mps, command_timeout_s, sigma)"},
     {"WithoutItsUnit", "body: {radius_m: 0.17}", "body: {radius: 0.17}",
      "robot.yaml:6: body.radius_m is missing: radius of the body, seen from above, metres\n"
      "robot.yaml:6: body.radius is unknown, did you mean radius_m? (known here: radius_m)"},

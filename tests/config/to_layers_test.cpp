@@ -207,9 +207,12 @@ TEST(ToRobotSettings, OtherDriversHaveNoWorld) {
 TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
   const std::string before = all_of(to_robot_settings(good_robot(), good_map(), 77));
   Robot robot = good_robot();
-  auto& [lower, upper, separation_m, lens_height_m] = robot.rig;
+  auto& [lower, upper, separation_m, lens_height_m, sigma, calibration, missing] = robot.rig;
   separation_m *= 1.7;
   lens_height_m += 0.31;
+  sigma = RigSigma{.centre_px = 3};
+  calibration = "found.calibration.json";
+  missing = {"lower.centre_px"};
   for (RigView* view : {&lower, &upper}) {
     auto& [apex_rad, mirror_radius_m, lens_to_tip_m, centre_px, rim_radius_px, azimuth_rad, mirrored, tilt_rad,
            axis_offset_m, distortion, focal_px, principal_px, camera_info] = *view;
@@ -237,6 +240,7 @@ TEST(BeliefAndTruth, OfLandmarksOnlyWhatABodyTouchesReachesTheDrivers) {
   Map map = good_map();
   map.landmarks[0].colour = {0.2, 0.3, 0.9};
   map.landmarks[1].top_m *= 0.5;
+  map.landmarks[1].sigma.x_m += 0.1;
   EXPECT_EQ(all_of(to_robot_settings(good_robot(), map, 77)), before);
 }
 
@@ -308,6 +312,17 @@ TEST(ToRobotSettings, WhatTheDriversRejectIsAFileErrorToo) {
   const std::string message = message_of([&] { to_robot_settings(robot, good_map(), 1); });
   EXPECT_EQ(message.rfind(robot.file.string() + ": ", 0), 0u) << message;
   EXPECT_NE(message.find("width_px is -3"), std::string::npos) << message;
+}
+
+// Catches a command that works with the assumed numbers of a rig that nobody has measured.
+TEST(ToRig, RefusesARigThatIsLeftToTheImages) {
+  Robot robot = good_robot();
+  robot.rig.missing = {"lower.centre_px", "upper.azimuth_rad"};
+  const std::string message = message_of([&] { (void)to_rig(robot); });
+  EXPECT_NE(message.find("rig has no lower.centre_px, upper.azimuth_rad"), std::string::npos) << message;
+  EXPECT_NE(message.find("run --self-rig"), std::string::npos) << message;
+  EXPECT_NE(message.find("calibrate"), std::string::npos) << message;
+  EXPECT_EQ(to_assumed_rig(robot).lower.settings().centre_px, to_rig(good_robot()).lower.settings().centre_px);
 }
 
 TEST(ToRig, HoldsEveryFieldOfBothMirrors) {

@@ -59,6 +59,7 @@ rig:
   lens_to_tip_m: 0.12
   mirror_separation_m: 0.30
   lens_height_m: 0.25
+  sigma: 0
   lower: {{centre_px: [79.5, 59.5], rim_radius_px: 50, azimuth_rad: 0.0}}
   upper: {{centre_px: [79.5, 59.5], rim_radius_px: 50, azimuth_rad: 0.0}}
 )",

@@ -37,7 +37,7 @@ runlog::TrackRow track_row(std::uint64_t frame, double t_s, const localisation::
 }
 
 TEST(Track, OfThePaperIsTheFixWithTheOdometrysHeading) {
-  Track track(Method::kPaper, robot());
+  Track track(Method::kPaper, robot(), config::Map{});
   const runlog::TrackRow row = follow(track, 7, {0.5, 0, 0, 1, 1}, {0.5, 9, 9, 0.25}, fix_at(1.5, -0.5, 0.7));
   EXPECT_EQ(row.frame, 7U);
   EXPECT_EQ(row.t_s, 0.5);
@@ -59,7 +59,7 @@ TEST(Track, OfThePaperIsTheFixWithTheOdometrysHeading) {
 
 // Catches a track that ignores the wheels where there is no fix.
 TEST(Track, OfOutlineContinuesWithTheWheelsWithoutAFix) {
-  Track track(Method::kOutline, robot());
+  Track track(Method::kOutline, robot(), config::Map{});
   const runlog::TrackRow nothing = follow(track, 0, {0, 0, 0, 0, 0}, {0, 0, 0, 0}, {});
   EXPECT_FALSE(runlog::pose_of(nothing)) << "no pose is known yet";
   EXPECT_EQ(nothing.state, "lost");
@@ -78,7 +78,7 @@ TEST(Track, OfOutlineContinuesWithTheWheelsWithoutAFix) {
 
 // Catches a track that accepts a fix outside the robot file's walls, however small its sigma is.
 TEST(Track, AFixOutsideTheBoundsIsNotFollowed) {
-  Track track(Method::kOutline, robot());
+  Track track(Method::kOutline, robot(), config::Map{});
   ASSERT_TRUE(runlog::pose_of(follow(track, 0, {0, 0, 0, 0, 0}, {0, 0, 0, 0}, fix_at(1.5, -0.5, 0.0))));
   localisation::Fix outside = fix_at(4, -0.5, 0.0);
   outside.verdict = localisation::FixVerdict::kOutOfBounds;

@@ -269,6 +269,7 @@ rig:
   lens_to_tip_m: 0.12
   mirror_separation_m: 0.30
   lens_height_m: 0.25
+  sigma: 0
   lower: {{centre_px: [159.5, 119.5], rim_radius_px: {0}, azimuth_rad: 0.0}}
   upper: {{centre_px: [159.5, 119.5], rim_radius_px: {0}, azimuth_rad: 0.0}}
 )",

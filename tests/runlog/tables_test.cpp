@@ -46,7 +46,8 @@ TEST(Tables, HeadersAreThoseOfTheDesign) {
   EXPECT_EQ(
       TableReader<FixRow>::header(),
       "frame,t_s,verdict,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,var_heading_rad2,true_x_m,true_y_m,error_m,"
-      "outliers,cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading");
+      "outliers,cov_x_heading_m_rad,cov_y_heading_m_rad,unseen_x,unseen_y,unseen_heading,"
+      "own_var_x_m2,own_cov_xy_m2,own_var_y_m2,own_var_heading_rad2");
   EXPECT_EQ(TableReader<TrackRow>::header(),
             "frame,t_s,state,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,cov_x_heading_m_rad,cov_y_heading_m_rad,"
             "var_heading_rad2,fix,use");
@@ -143,7 +144,7 @@ TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {
   row.frame = 3;
   row.t_s = 0.2;
   row.verdict = "too_few";
-  EXPECT_EQ(to_line(row), "3,0.2,too_few,,,,,,,,,,,,,,,,");
+  EXPECT_EQ(to_line(row), "3,0.2,too_few,,,,,,,,,,,,,,,,,,,,");
 }
 
 TEST(Tables, AHalfWrittenLastLineIsLeftOut) {

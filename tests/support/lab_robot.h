@@ -21,6 +21,8 @@ inline config::Robot lab_robot(const std::string& driver = "sim_povray") {
   view.rim_radius_px = 236;
   robot.rig.lower = robot.rig.upper = view;
   robot.rig.mirror_separation_m = 0.30;
+  robot.rig.sigma.emplace();  // exact by construction
+  robot.drive.sigma.emplace();
   robot.rig.lens_height_m = 0.25;
   return robot;
 }

@@ -22,6 +22,11 @@ constexpr double kShortDrive_s = 14;
 
 bool shows() { return std::getenv("TWOCONE_SHOW") != nullptr; }
 
+/// Gives each landmark's place this standard deviation.
+void doubt(CalibrationProblem& problem, double sigma_m) {
+  for (Landmark& landmark : problem.landmarks) landmark.sigma.x_m = landmark.sigma.y_m = sigma_m;
+}
+
 CalibrationProblem timed_problem(DriveSettings world) {
   world.gives_twists = true;
   CalibrationProblem problem{
@@ -99,7 +104,7 @@ TEST(CalibrationTiming, FindsNothingWhereNothingIsOverTwentySeeds) {
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const DriveSettings world{.duration_s = kShortDrive_s, .every_s = 0.6, .seed = std::uint64_t(seed)};
     CalibrationProblem problem = timed_problem(world);
-    problem.landmark_sigma_m = 0.005;
+    doubt(problem, 0.005);
     const CalibrationResult result = calibrate(problem);
     ASSERT_EQ(result.verdict, CalibrationVerdict::kOk) << seed;
     std::vector<Eigen::Index> where;
@@ -271,7 +276,7 @@ TEST(CalibrationMap, FindsTheMovedLandmarkAndNoOther) {
   world.landmarks[2].x_m += 0.016;
   world.landmarks[2].y_m -= 0.012;
   CalibrationProblem problem = timed_problem(world);
-  problem.landmark_sigma_m = 0.01;
+  doubt(problem, 0.01);
   expect_moved(calibrate(problem), problem.landmarks, {{2, {0.016, -0.012}}});
 }
 
@@ -282,7 +287,7 @@ TEST(CalibrationMap, FindsTwoWithTimesAndSystematicErrorsAllowed) {
   world.landmarks[4].y_m -= 0.016;
   CalibrationProblem problem = timed_problem(world);
   problem.systematic_px = 0.025;
-  problem.landmark_sigma_m = 0.01;
+  doubt(problem, 0.01);
   const CalibrationResult result = calibrate(problem);
   expect_moved(result, problem.landmarks, {{0, {0, 0.02}}, {4, {-0.012, -0.016}}});
   expect_times(result, world);
@@ -298,7 +303,7 @@ TEST(CalibrationMap, ACommonShiftTurnAndScaleIsNoLandmarks) {
     l.y_m = measured_m.y();
   }
   CalibrationProblem problem = timed_problem(world);
-  problem.landmark_sigma_m = 0.01;
+  doubt(problem, 0.01);
   expect_moved(calibrate(problem), problem.landmarks, {});
 }
 
@@ -316,11 +321,11 @@ TEST(CalibrationTiming, RefusesBadArguments) {
   CalibrationProblem problem = timed_problem(world);
   problem.frames[2].sightings[1].late_s = std::nan("");
   problem.frames[3].twist->turn_radps = std::numeric_limits<double>::infinity();
-  problem.landmark_sigma_m = -1;
+  problem.landmarks[1].sigma.y_m = -1;
   problem.height_px[1] = -1;
   problem.priors.readout_s = 0;
   const std::string error = testing_support::error_of<std::invalid_argument>([&] { calibrate(problem); });
-  for (const char* part : {"frame 2 has a sighting whose late_s", "frame 3 has a twist", "landmark_sigma_m",
+  for (const char* part : {"frame 2 has a sighting whose late_s", "frame 3 has a twist", "landmark 1 has a sigma",
                            "height_px", "prior's sigma is 0"}) {
     EXPECT_THAT(error, testing::HasSubstr(part));
   }

@@ -65,6 +65,11 @@ Shared gradient(const Derived& derived, const SharedModel& model, const Shared& 
   return result;
 }
 
+/// Returns the column of a landmark's first number among the unknowns.
+Eigen::Index landmark_column(std::size_t landmark) {
+  return kSharedNumbers + kLandmarkNumbers * Eigen::Index(landmark);
+}
+
 /// Returns the matrix that maps all shifts to the shift of `tested` relative to `others`.
 /// @param tested,others indices into the result's landmark_shifts
 Eigen::MatrixXd remainder_of(std::size_t tested, const std::vector<std::size_t>& others,
@@ -169,18 +174,53 @@ std::vector<std::size_t> seen_landmarks(const BundleData& data) {
   return {seen.begin(), seen.end()};
 }
 
-void take_landmark_shifts(const BundleData& data, const BundleState& state, const Eigen::MatrixXd& covariance,
-                          const std::vector<std::size_t>& seen, CalibrationResult& result) {
-  const double sigma_m = data.model.landmark_sigma_m;
+void take_landmark_shifts(const std::vector<Landmark>& landmarks, const BundleState& state,
+                          const Eigen::MatrixXd& covariance, const std::vector<std::size_t>& seen,
+                          CalibrationResult& result) {
   std::vector<Eigen::Index> columns;
+  Eigen::VectorXd sigmas(2 * Eigen::Index(seen.size()));
   for (const std::size_t i : seen) {
-    for (const int axis : {0, 1}) columns.push_back(kSharedNumbers + 2 * Eigen::Index(i) + axis);
+    sigmas.segment<2>(Eigen::Index(columns.size())) = sigmas_of(landmarks[i]).head<2>();
+    for (const int axis : {kPlaceX, kPlaceY}) columns.push_back(landmark_column(i) + axis);
   }
-  result.landmark_covariance = sigma_m * sigma_m * covariance(columns, columns);
+  result.landmark_covariance = sigmas.asDiagonal() * covariance(columns, columns) * sigmas.asDiagonal();
   for (const std::size_t i : seen) {
     const Eigen::Index at = 2 * Eigen::Index(result.landmark_shifts.size());
-    result.landmark_shifts.push_back({i, sigma_m * state.landmarks[i], result.landmark_covariance.block<2, 2>(at, at)});
+    const LandmarkVector shift = sigmas_of(landmarks[i]).cwiseProduct(state.landmarks[i]);
+    result.landmark_shifts.push_back({i, shift.head<2>(), result.landmark_covariance.block<2, 2>(at, at)});
   }
+}
+
+void take_belief(const SharedModel& model, const std::vector<Landmark>& landmarks, const BundleState& state,
+                 const Eigen::MatrixXd& covariance, CalibrationResult& result) {
+  const auto count = Eigen::Index(landmarks.size());
+  const Eigen::Index places = kRigNumbers;
+  const Eigen::Index wheels = places + kLandmarkNumbers * count;
+  // The believed numbers by the unknowns.
+  Eigen::MatrixXd by_unknowns = Eigen::MatrixXd::Zero(wheels + CalibrationResult::kWheelNumbers, covariance.cols());
+  for (int i = 0; i < kRigNumbers; ++i) by_unknowns(i, i) = model.sigma[i];
+  for (const int number : {kAzimuth, kOffsetX, kOffsetY}) {
+    const int lower = rig_number(Side::kLower, number);
+    by_unknowns(rig_number(Side::kUpper, number), lower) = model.sigma[lower];
+  }
+  for (const int i : {kWheelRadius, kWheelRatio, kWheelSeparation}) {
+    by_unknowns(wheels + (i - kWheelRadius), i) = model.sigma[i];
+  }
+  result.landmarks = landmarks;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const LandmarkVector sigma = sigmas_of(landmarks[i]);
+    if (covariance.cols() > kSharedNumbers) {
+      by_unknowns.block<kLandmarkNumbers, kLandmarkNumbers>(places + kLandmarkNumbers * Eigen::Index(i),
+                                                            landmark_column(i)) = sigma.asDiagonal();
+    }
+    const LandmarkVector shift = sigma.cwiseProduct(state.landmarks[i]);
+    Landmark& refined = result.landmarks[i];
+    refined.x_m += shift[kPlaceX];
+    refined.y_m += shift[kPlaceY];
+    refined.top_m += shift[kTop];
+    refined.radius_m += shift[kRadius];
+  }
+  result.belief_covariance = by_unknowns * covariance * by_unknowns.transpose();
 }
 
 }  // namespace twocone::vision::calibration

@@ -8,20 +8,16 @@
 namespace twocone::vision::calibration {
 namespace {
 
-constexpr std::array<const char*, kViewNumbers> kViewNames{
-    "centre_px.column", "centre_px.row",   "rim_radius_px",   "azimuth_rad", "tilt_rad.x",
-    "tilt_rad.y",       "axis_offset_m.x", "axis_offset_m.y", "apex_rad",    "mirror_radius_m",
-    "lens_to_tip_m",    "distortion.k1",   "distortion.k2"};
-constexpr std::array<const char*, kSharedNumbers - kLensHeight> kOtherNames{
-    "lens_height_m", "mirror_separation_m", "wheel_radius_m",  "wheel_ratio",    "wheel_separation_m",
-    "latency_s",     "upper.skew_s",        "lower.readout_s", "upper.readout_s"};
+constexpr std::array<const char*, int(kSharedNumbers) - int(kRigNumbers)> kOtherNames{
+    "wheel_radius_m", "wheel_ratio",     "wheel_separation_m", "latency_s",
+    "upper.skew_s",   "lower.readout_s", "upper.readout_s"};
 
 void take_view(SharedModel& model, const MirrorView& view, Side side, const CalibrationProblem& problem) {
   const MirrorViewSettings& s = view.settings();
   const CalibrationPriors& priors = problem.priors;
   const auto set = [&model, side](int number, double mean, double sigma) {
-    model.mean[index_of(side, number)] = mean;
-    model.sigma[index_of(side, number)] = sigma;
+    model.mean[rig_number(side, number)] = mean;
+    model.sigma[rig_number(side, number)] = sigma;
   };
   set(kColumn, s.centre_px.x(), priors.centre_px);
   set(kRow, s.centre_px.y(), priors.centre_px);
@@ -68,12 +64,12 @@ SharedModel::SharedModel(const CalibrationProblem& problem) {
   take_view(*this, problem.rig.lower, Side::kLower, problem);
   take_view(*this, problem.rig.upper, Side::kUpper, problem);
   for (const int relative : {kAzimuth, kOffsetX, kOffsetY}) {
-    mean[index_of(Side::kUpper, relative)] -= mean[index_of(Side::kLower, relative)];
+    mean[rig_number(Side::kUpper, relative)] -= mean[rig_number(Side::kLower, relative)];
   }
   mean[kLensHeight] = problem.rig.lower.settings().lens_height_m;
   mean[kSeparation] = problem.rig.mirror_separation_m();
-  sigma[kLensHeight] = sigma[kSeparation] = problem.priors.length_m;
-  landmark_sigma_m = problem.landmark_sigma_m;
+  sigma[kLensHeight] = problem.priors.lens_height_m;
+  sigma[kSeparation] = problem.priors.mirror_separation_m;
   if (problem.fit_timing) take_timing(*this, problem);
   if (!problem.wheels) return;
   has_wheels = true;
@@ -115,14 +111,11 @@ MirrorView to_view(const SharedModel& model, const Shared& numbers, const Mirror
 }
 
 std::string name_of(int shared_number) {
-  if (shared_number >= kLensHeight) return kOtherNames[std::size_t(shared_number - kLensHeight)];
-  const bool is_lower = shared_number < kViewNumbers;
-  const int number = is_lower ? shared_number : shared_number - kViewNumbers;
-  std::string name = kViewNames[std::size_t(number)];
-  if (!is_lower && number == kAzimuth) name = "azimuth_minus_lower_rad";
-  if (!is_lower && number == kOffsetX) name = "axis_offset_minus_lower_m.x";
-  if (!is_lower && number == kOffsetY) name = "axis_offset_minus_lower_m.y";
-  return (is_lower ? "lower." : "upper.") + name;
+  if (shared_number >= kRigNumbers) return kOtherNames[std::size_t(shared_number - kRigNumbers)];
+  if (shared_number == rig_number(Side::kUpper, kAzimuth)) return "upper.azimuth_minus_lower_rad";
+  if (shared_number == rig_number(Side::kUpper, kOffsetX)) return "upper.axis_offset_minus_lower_m.x";
+  if (shared_number == rig_number(Side::kUpper, kOffsetY)) return "upper.axis_offset_minus_lower_m.y";
+  return rig_number_name(shared_number);
 }
 
 Eigen::Vector2d residual_px(const BundleData& data, const SightingRow& row, const BundleState& state) {

@@ -10,34 +10,18 @@
 
 #include <Eigen/Core>
 
+#include "base/plane.h"
 #include "vision/calibration.h"
+#include "vision/uncertain_rig.h"
 
 /// The bundle adjustment of a calibration: its rows and numbers, its solver, and the steps from a problem to its
 /// answer.
 namespace twocone::vision::calibration {
 
-/// Index of a number among those of its view.
-enum ViewNumber : int {
-  kColumn,
-  kRow,
-  kRim,
-  kAzimuth,  // of the upper view: minus the lower one's
-  kTiltX,
-  kTiltY,
-  kOffsetX,  // of the upper view: minus the lower one's
-  kOffsetY,
-  kApex,
-  kMirrorRadius,
-  kLensToTip,
-  kK1,
-  kK2,
-  kViewNumbers
-};
-/// The numbers that all frames share: the lower view's, the upper view's, then these.
+/// The numbers that all frames share: those of the rig (RigNumber), then these. The upper view's azimuth and offset are
+/// relative to the lower one's.
 enum SharedNumber : int {
-  kLensHeight = 2 * kViewNumbers,
-  kSeparation,
-  kWheelRadius,
+  kWheelRadius = kRigNumbers,
   kWheelRatio,
   kWheelSeparation,
   kLatency,
@@ -48,7 +32,12 @@ enum SharedNumber : int {
 };
 using Shared = Eigen::Matrix<double, kSharedNumbers, 1>;
 
-inline int index_of(Side side, int number) { return (side == Side::kLower ? 0 : kViewNumbers) + number; }
+/// By LandmarkNumber.
+using LandmarkVector = Eigen::Matrix<double, kLandmarkNumbers, 1>;
+inline LandmarkVector numbers_of(const Landmark& l) { return {l.x_m, l.y_m, l.top_m, l.radius_m}; }
+inline LandmarkVector sigmas_of(const Landmark& l) {
+  return {l.sigma.x_m, l.sigma.y_m, l.sigma.top_m, l.sigma.radius_m};
+}
 
 /// The constants of a view, which are not estimated.
 struct ViewConstants {
@@ -68,7 +57,6 @@ struct SharedModel {
   std::array<ViewConstants, 2> views;
   bool has_wheels = false;
   WheelBelief wheels;  ///< used for the wheels' noise
-  double landmark_sigma_m = 0;
 
   explicit SharedModel(const CalibrationProblem& problem);
 
@@ -119,14 +107,15 @@ struct BundleData {
   std::vector<WheelRow> wheels;
   std::vector<RimRow> rims;
   std::size_t groups = 0;
+  bool moves_landmarks = false;  ///< whether a number of a landmark is uncertain
 };
 
 struct BundleState {
   Shared unknowns = Shared::Zero();
-  std::vector<Eigen::Vector3d> poses;      ///< x m, y m, heading rad
-  std::vector<Eigen::Vector2d> slips;      ///< left and right slip of each wheel row, in units of WheelBelief::slip
-  std::vector<Eigen::Vector2d> biases;     ///< of each group, px, along its sightings' axes
-  std::vector<Eigen::Vector2d> landmarks;  ///< their shifts, in units of SharedModel::landmark_sigma_m
+  std::vector<Eigen::Vector3d> poses;     ///< x m, y m, heading rad
+  std::vector<Eigen::Vector2d> slips;     ///< left and right slip of each wheel row, in units of WheelBelief::slip
+  std::vector<Eigen::Vector2d> biases;    ///< of each group, px, along its sightings' axes
+  std::vector<LandmarkVector> landmarks;  ///< shifts of their numbers, in the sigmas of each
 };
 
 struct BundleSettings {
@@ -141,9 +130,9 @@ struct BundleSettings {
 /// Solves the least-squares problem, starting from `state`; returns false where there is no answer.
 bool minimise(const BundleData& data, const BundleSettings& settings, BundleState& state);
 
-/// Returns the information (inverse covariance) of all shared unknowns at `state`, followed by x and y of each landmark
-/// where the map is not trusted. Priors are included; poses, slips and biases are eliminated. Unknowns of sigma 0 have
-/// the prior's rows only.
+/// Returns the information (inverse covariance) of all shared unknowns at `state`, followed by the kLandmarkNumbers of
+/// each landmark where one is uncertain (BundleData::moves_landmarks). Priors are included; poses, slips and biases are
+/// eliminated. Unknowns of sigma 0 have the prior's rows only.
 Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings& settings, const BundleState& state);
 
 /// Returns the sum of squares of the wheel rows' residuals, including those of the slips.
@@ -203,7 +192,12 @@ std::vector<std::size_t> seen_landmarks(const BundleData& data);
 
 /// Fills in landmark_shifts and landmark_covariance.
 /// @param covariance of the unknowns; the landmarks follow the shared numbers
-void take_landmark_shifts(const BundleData& data, const BundleState& state, const Eigen::MatrixXd& covariance,
-                          const std::vector<std::size_t>& seen, CalibrationResult& result);
+void take_landmark_shifts(const std::vector<Landmark>& landmarks, const BundleState& state,
+                          const Eigen::MatrixXd& covariance, const std::vector<std::size_t>& seen,
+                          CalibrationResult& result);
+
+/// Fills in landmarks and belief_covariance. @param covariance as above
+void take_belief(const SharedModel& model, const std::vector<Landmark>& landmarks, const BundleState& state,
+                 const Eigen::MatrixXd& covariance, CalibrationResult& result);
 
 }  // namespace twocone::vision::calibration

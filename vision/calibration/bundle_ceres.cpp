@@ -27,17 +27,16 @@ void add(ceres::Problem& problem, const Cost& cost, ceres::LossFunction* loss, B
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Cost, residuals, sizes...>(new Cost(cost)), loss, blocks...);
 }
 
-bool moves_landmarks(const BundleData& data) { return data.model.landmark_sigma_m > 0; }
-
 bool has_biases(const BundleSettings& settings) { return settings.systematic_px > 0 && !settings.hold_all; }
 
 /// Adds the priors of biases, px, or of landmarks' shifts, in units of their sigma.
-void add_centred(std::vector<Eigen::Vector2d>& numbers, double sigma, ceres::Problem& problem) {
+template <int n>
+void add_centred(std::vector<Eigen::Matrix<double, n, 1>>& numbers, double sigma, ceres::Problem& problem) {
   const auto cost = [sigma]<typename T>(const T* number, T* residual) {
-    for (int i = 0; i < 2; ++i) residual[i] = number[i] / T(sigma);
+    for (int i = 0; i < n; ++i) residual[i] = number[i] / T(sigma);
     return true;
   };
-  for (Eigen::Vector2d& number : numbers) add<2, 2>(problem, cost, nullptr, number.data());
+  for (auto& number : numbers) add<n, n>(problem, cost, nullptr, number.data());
 }
 
 void add_wheels(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
@@ -93,11 +92,11 @@ void add_sightings(const BundleData& data, const BundleSettings& settings, Bundl
     double* const pose = state.poses[row.frame].data();
     double* const shift = state.landmarks[row.landmark_index].data();
     if (has_biases(settings)) {
-      add<2, kSharedNumbers, 3, 2, 2, 2, 2>(problem, biased_cost, loss, state.unknowns.data(), pose, shift,
-                                            state.biases[row.groups[0]].data(), state.biases[row.groups[1]].data(),
-                                            state.biases[row.groups[2]].data());
+      add<2, kSharedNumbers, 3, kLandmarkNumbers, 2, 2, 2>(
+          problem, biased_cost, loss, state.unknowns.data(), pose, shift, state.biases[row.groups[0]].data(),
+          state.biases[row.groups[1]].data(), state.biases[row.groups[2]].data());
     } else {
-      add<2, kSharedNumbers, 3, 2>(problem, cost, loss, state.unknowns.data(), pose, shift);
+      add<2, kSharedNumbers, 3, kLandmarkNumbers>(problem, cost, loss, state.unknowns.data(), pose, shift);
     }
   }
 }
@@ -132,8 +131,8 @@ void build(const BundleData& data, const BundleSettings& settings, BundleState& 
   add_sightings(data, settings, state, problem);
   if (has_biases(settings)) add_centred(state.biases, settings.systematic_px, problem);
   add_centred(state.landmarks, 1, problem);
-  if (settings.hold_all || !moves_landmarks(data)) {
-    for (Eigen::Vector2d& shift : state.landmarks) problem.SetParameterBlockConstant(shift.data());
+  if (settings.hold_all || !data.moves_landmarks) {
+    for (LandmarkVector& shift : state.landmarks) problem.SetParameterBlockConstant(shift.data());
   }
   add_prior(state, problem);
   if (settings.hold_all) {
@@ -180,10 +179,10 @@ Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings&
   build(data, all_free, copy, problem);
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = {copy.unknowns.data()};
-  if (moves_landmarks(data)) {
-    for (Eigen::Vector2d& shift : copy.landmarks) options.parameter_blocks.push_back(shift.data());
+  if (data.moves_landmarks) {
+    for (LandmarkVector& shift : copy.landmarks) options.parameter_blocks.push_back(shift.data());
   }
-  const int wanted = kSharedNumbers + (moves_landmarks(data) ? 2 * int(copy.landmarks.size()) : 0);
+  const int wanted = kSharedNumbers + (data.moves_landmarks ? kLandmarkNumbers * int(copy.landmarks.size()) : 0);
   for (Eigen::Vector3d& pose : copy.poses) options.parameter_blocks.push_back(pose.data());
   for (Eigen::Vector2d& slips : copy.slips) options.parameter_blocks.push_back(slips.data());
   if (has_biases(settings)) {

@@ -29,15 +29,15 @@ struct ViewNumbers {
 
 template <typename T>
 ViewNumbers<T> view_numbers(const T* shared, Side side) {
-  const auto at = [shared, side](int number) -> const T& { return shared[index_of(side, number)]; };
+  const auto at = [shared, side](int number) -> const T& { return shared[rig_number(side, number)]; };
   ViewNumbers<T> n{at(kColumn),    at(kRow),     at(kRim),     at(kAzimuth),       at(kTiltX),
                    at(kTiltY),     at(kOffsetX), at(kOffsetY), at(kApex),          at(kMirrorRadius),
                    at(kLensToTip), at(kK1),      at(kK2),      shared[kLensHeight]};
   if (side == Side::kUpper) {
-    n.azimuth += shared[index_of(Side::kLower, kAzimuth)];
-    n.offset_x += shared[index_of(Side::kLower, kOffsetX)];
-    n.offset_y += shared[index_of(Side::kLower, kOffsetY)];
-    n.lens_height += shared[index_of(Side::kLower, kLensToTip)] + shared[kSeparation] - n.lens_to_tip;
+    n.azimuth += shared[rig_number(Side::kLower, kAzimuth)];
+    n.offset_x += shared[rig_number(Side::kLower, kOffsetX)];
+    n.offset_y += shared[rig_number(Side::kLower, kOffsetY)];
+    n.lens_height += shared[rig_number(Side::kLower, kLensToTip)] + shared[kSeparation] - n.lens_to_tip;
   }
   return n;
 }
@@ -85,19 +85,18 @@ void project(const ViewNumbers<T>& n, const ViewConstants& c, const T& x, const 
   distort(n, c, pixel);
 }
 
-/// Computes the pixel of the near point of a landmark's top, for a landmark at `place` and the body at `pose`
-/// (x, y, heading) in the world.
+/// Computes the pixel of the near point of a landmark's top. @param landmark its LandmarkNumbers @param pose of the
+/// body (x, y, heading) in the world
 template <typename T>
-void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const Landmark& landmark, const T* place,
-                        const T* pose, T* pixel) {
-  const T wx = place[0] - pose[0];
-  const T wy = place[1] - pose[1];
+void project_near_point(const ViewNumbers<T>& n, const ViewConstants& c, const T* landmark, const T* pose, T* pixel) {
+  const T wx = landmark[kPlaceX] - pose[0];
+  const T wy = landmark[kPlaceY] - pose[1];
   const T bx = cos(pose[2]) * wx + sin(pose[2]) * wy;
   const T by = cos(pose[2]) * wy - sin(pose[2]) * wx;
   const T ox = bx - n.offset_x;
   const T oy = by - n.offset_y;
-  const T share = landmark.radius_m / sqrt(ox * ox + oy * oy);
-  project(n, c, bx - share * ox, by - share * oy, T(landmark.top_m), pixel);
+  const T share = landmark[kRadius] / sqrt(ox * ox + oy * oy);
+  project(n, c, bx - share * ox, by - share * oy, landmark[kTop], pixel);
 }
 
 /// Computes the rim's circle in the camera's image: centre and radius. If a lens bends it, both are means over points.
@@ -187,7 +186,7 @@ void move_along(const SharedModel& model, const Numbers<T>& numbers, const BodyT
   moved[2] = pose[2] + turn;
 }
 
-/// Computes a sighting's residual, px. `shift` is that of the landmark, in units of SharedModel::landmark_sigma_m.
+/// Computes a sighting's residual, px. `shift` is that of the landmark's numbers, in their sigmas.
 template <typename T>
 void sighting_residual(const SharedModel& model, const SightingRow& row, const T* unknowns, const T* pose,
                        const T* shift, T* residual) {
@@ -197,11 +196,12 @@ void sighting_residual(const SharedModel& model, const SightingRow& row, const T
   if (!is_lower) late += numbers[kSkew];
   T seen_from[3];
   move_along(model, numbers, row.twist, late, pose, seen_from);
-  const T place[2] = {row.landmark.x_m + model.landmark_sigma_m * shift[0],
-                      row.landmark.y_m + model.landmark_sigma_m * shift[1]};
+  const LandmarkVector mean = numbers_of(row.landmark);
+  const LandmarkVector sigma = sigmas_of(row.landmark);
+  T landmark[kLandmarkNumbers];
+  for (int i = 0; i < kLandmarkNumbers; ++i) landmark[i] = mean[i] + sigma[i] * shift[i];
   T pixel[2];
-  project_near_point(view_numbers(numbers.data(), row.side), model.views[is_lower ? 0 : 1], row.landmark, place,
-                     seen_from, pixel);
+  project_near_point(view_numbers(numbers.data(), row.side), model.views[is_lower ? 0 : 1], landmark, seen_from, pixel);
   residual[0] = row.pixel_px.x() - pixel[0];
   residual[1] = row.pixel_px.y() - pixel[1];
 }

@@ -179,6 +179,8 @@ void check(const CalibrationProblem& problem) {
     const Landmark& l = problem.landmarks[i];
     bad.require(place_m(l).allFinite() && std::isfinite(l.top_m) && base::is_positive(l.radius_m),
                 "landmark {} must have a finite place and top and a radius > 0 m", i);
+    bad.require(sigmas_of(l).allFinite() && sigmas_of(l).minCoeff() >= 0,
+                "landmark {} has a sigma that is not finite or below 0 m", i);
   }
   for (std::size_t i = 0; i < problem.frames.size(); ++i) {
     for (const LandmarkSighting& s : problem.frames[i].sightings) {
@@ -202,13 +204,12 @@ void check(const CalibrationProblem& problem) {
     }
   }
   bad.require(problem.systematic_px >= 0 && std::isfinite(problem.systematic_px), "systematic_px must be >= 0");
-  bad.require(problem.landmark_sigma_m >= 0 && std::isfinite(problem.landmark_sigma_m),
-              "landmark_sigma_m must be >= 0");
   bad.require(problem.height_px[0] >= 0 && problem.height_px[1] >= 0, "height_px must be >= 0");
   const CalibrationPriors& p = problem.priors;
-  for (const double prior : {p.length_m, p.centre_px, p.rim_share, p.azimuth_rad, p.tilt_rad, p.axis_offset_m,
-                             p.lower_axis_offset_m, p.apex_rad, p.distortion, p.wheel_radius_share, p.wheel_ratio,
-                             p.wheel_separation_m, p.latency_s, p.skew_s, p.readout_s}) {
+  for (const double prior :
+       {p.length_m, p.mirror_separation_m, p.lens_height_m, p.centre_px, p.rim_share, p.azimuth_rad, p.tilt_rad,
+        p.axis_offset_m, p.lower_axis_offset_m, p.apex_rad, p.distortion, p.wheel_radius_share, p.wheel_ratio,
+        p.wheel_separation_m, p.latency_s, p.skew_s, p.readout_s}) {
     bad.require(base::is_positive(prior), "a prior's sigma is {}, must be > 0", prior);
   }
   if (problem.wheels) {
@@ -278,7 +279,9 @@ Bundle bundle_of(const CalibrationProblem& problem) {
   if (problem.wheels) bundle.data.wheels = wheel_rows(kept, *problem.wheels, bundle.data.model.sigma[kLatency] > 0);
   bundle.data.groups = 2 * problem.landmarks.size() * (1 + kRings) + 2 * kRings;
   bundle.start.biases.assign(bundle.data.groups, Eigen::Vector2d::Zero());
-  bundle.start.landmarks.assign(problem.landmarks.size(), Eigen::Vector2d::Zero());
+  bundle.start.landmarks.assign(problem.landmarks.size(), LandmarkVector::Zero());
+  bundle.data.moves_landmarks =
+      std::ranges::any_of(problem.landmarks, [](const Landmark& l) { return sigmas_of(l).maxCoeff() > 0; });
   bundle.start.slips.assign(bundle.data.wheels.size(), Eigen::Vector2d::Zero());
   if (problem.lower_rim) bundle.data.rims.push_back({Side::kLower, *problem.lower_rim});
   if (problem.upper_rim) bundle.data.rims.push_back({Side::kUpper, *problem.upper_rim});

@@ -17,6 +17,8 @@ constexpr int kDirections = 16;
 // The finder's top is accurate to a pixel or so, which gives the range, and so the width, to a few per cent. Tuned by
 // hand on synthetic images; no test fixes it.
 constexpr double kWidthMargin = 1.05;
+// A landmark is wider than this many sigmas of its expected width once in 700 cases.
+constexpr double kDoubtSigmas = 3;
 // Error of a half-covered pixel's direction (Finder::kSureRadius_px), on either side. Tuned by hand on synthetic
 // images; outline_ranging_test.cpp, ALandmarkInHalvesIsOneLandmark, exercises it but does not fix it.
 constexpr double kEdge_rad = 1.3 * std::numbers::pi / 180;
@@ -54,14 +56,15 @@ Window fullest(Areas& areas, int width, int first, int last) {
 }
 
 /// Returns the greatest number of bins that a landmark with the candidate's top can span.
-int width_bins(const ViewFitter& fitter, const Landmark& target, const Candidate& candidate) {
+int width_bins(const ViewFitter& fitter, const Landmark& target, const Candidate& candidate, double width_doubt) {
   const int span = candidate.last_bin - candidate.first_bin + 1;
   // The width is unknown for a landmark that ends beyond the rim.
   if (candidate.at_rim) return span;
   const auto place = fitter.place(candidate, target.radius_m, target.top_m);
   if (!place) return span;
   const double half_rad = std::asin(std::min(1.0, target.radius_m / place->range_m));
-  return std::min(Finder::kBins, static_cast<int>(std::ceil(2 * (kWidthMargin * half_rad + kEdge_rad) / kBin_rad)));
+  const double margin = kWidthMargin + kDoubtSigmas * width_doubt;
+  return std::min(Finder::kBins, static_cast<int>(std::ceil(2 * (margin * half_rad + kEdge_rad) / kBin_rad)));
 }
 
 }  // namespace
@@ -82,10 +85,11 @@ double least_area_px(const MirrorView& view, const Landmark& target) {
   return std::max(least_px, Finder::kLeastArea_px);
 }
 
-Rivals rivals_of(const ViewFitter& fitter, const Landmark& target, const Found& found, double least_px) {
+Rivals rivals_of(const ViewFitter& fitter, const Landmark& target, const Found& found, double least_px,
+                 double width_doubt) {
   const Candidate& main = found.candidates.front();
   Areas areas = found.area_px;
-  const int width = width_bins(fitter, target, main);
+  const int width = width_bins(fitter, target, main, width_doubt);
   const int span = main.last_bin - main.first_bin + 1;
   const Window own = fullest(areas, width, std::min(main.first_bin, main.last_bin - width + 1),
                              std::max(main.first_bin, main.last_bin - width + 1));

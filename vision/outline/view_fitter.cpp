@@ -318,7 +318,8 @@ bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected,
   return false;
 }
 
-std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSearch*>& looks) {
+std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSearch*>& looks,
+                                              const std::vector<double>& width_doubts) {
   // Coarse fits and fine fits are pooled separately.
   std::array<Scores, 2> arc;
   std::array<Scores, 2> sides;
@@ -337,7 +338,8 @@ std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSea
     const OutlineFit& fit = *looks[i]->fit;
     const std::size_t stage = looks[i]->is_fine ? 1 : 0;
     judged[i].is_occluded = fit.arc_support < kLeastArcSupport;
-    const double off_px = std::max(kNarrow_px, kNarrowSigmas * fit.sigma_narrowness_px);
+    const double doubt_px = width_doubts.empty() ? 0 : width_doubts[i] * rim_width_px(fit);
+    const double off_px = std::max(kNarrow_px, kNarrowSigmas * std::hypot(fit.sigma_narrowness_px, doubt_px));
     judged[i].is_narrow =
         std::min(fit.left_support, fit.right_support) < kLeastSideSupport || fit.narrowness_px > off_px;
     judged[i].is_wide = fit.narrowness_px < -off_px;

@@ -33,6 +33,7 @@ struct MirrorKey {
   Quantity quantity;
   std::variant<double RigView::*, std::array<double, 2> RigView::*, bool RigView::*, decltype(&read_mirror)> value;
   Need need = Need::kRequired;
+  bool is_in_images = false;  ///< images show it: Rig::missing names it where the file does not state it
 
   void read(Section& where, RigView& view) const {
     if (!where.has(key)) return;
@@ -47,9 +48,21 @@ constexpr MirrorKey kMirrorKeys[] = {
     {"mirror", {"{type: cone, apex_rad}", kNoUnit, kAnyNumber}, &read_mirror},
     {"mirror_radius_m", {"radius R of the mirror's rim", kMetres, kPartLength}, &RigView::mirror_radius_m},
     {"lens_to_tip_m", {"distance d from the lens to the mirror's tip", kMetres, kPartLength}, &RigView::lens_to_tip_m},
-    {"centre_px", {"column and row of the mirror's tip in the image", kPixels, kAnyNumber}, &RigView::centre_px},
-    {"rim_radius_px", {"radius of the mirror's rim in the image", kPixels, kAboveZero}, &RigView::rim_radius_px},
-    {"azimuth_rad", {"bearing of the image's x axis", kRadians, kWithinATurn}, &RigView::azimuth_rad},
+    {"centre_px",
+     {"column and row of the mirror's tip in the image", kPixels, kAnyNumber},
+     &RigView::centre_px,
+     Need::kOptional,
+     true},
+    {"rim_radius_px",
+     {"radius of the mirror's rim in the image", kPixels, kAboveZero},
+     &RigView::rim_radius_px,
+     Need::kOptional,
+     true},
+    {"azimuth_rad",
+     {"bearing of the image's x axis", kRadians, kWithinATurn},
+     &RigView::azimuth_rad,
+     Need::kOptional,
+     true},
     {"mirrored",
      {"whether the image turns against the bearing", kNoUnit, kAnyNumber},
      &RigView::mirrored,
@@ -215,7 +228,19 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig) {
       section->complain_missing(mirror.key, fmt::format("{} {}", mirror.what, mirror.absent_keys));
     }
   }
+  for (const MirrorPart& mirror : mirrors) {
+    for (const MirrorKey& key : kMirrorKeys) {
+      const bool is_own = mirror.section != nullptr && mirror.section->has(key.key);
+      if (!key.is_in_images || is_own || section->has(key.key)) continue;
+      rig.missing.push_back(fmt::format("{}.{}", mirror.key, key.key));
+    }
+  }
   rig.sigma = read_sigma<RigSigma>(*section, kRigSigmaKeys, ruler_sigma(rig));
+  std::string calibration;
+  section->text("calibration", "the covariance that `twocone calibrate` wrote", calibration, Need::kOptional);
+  if (calibration.empty()) return;
+  rig.calibration = resolve(calibration, file);
+  if (rig.sigma) section->complain("sigma", kNoUnit, "absent beside calibration");
 }
 
 void read_wheel_sigma(Section& drive_section, Drive& drive) {
@@ -244,12 +269,14 @@ WheelSigma ruler_sigma(const Drive& drive) {
   return {.wheel_radius_m = 0.03 * drive.wheel_radius_m, .wheel_separation_m = 0.005, .wheel_ratio = 0.01};
 }
 
-void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file) {
+void make_rig_paths_absolute(YAML::Node& robot, const std::filesystem::path& file) {
   const auto make_absolute = [&](YAML::Node path) {
-    if (path) path = std::filesystem::absolute(resolve(path.as<std::string>(), file)).string();
+    if (path && !path.as<std::string>().empty())
+      path = std::filesystem::absolute(resolve(path.as<std::string>(), file)).string();
   };
   YAML::Node rig = robot["rig"];
   make_absolute(rig["camera_info"]);
+  make_absolute(rig["calibration"]);
   for (const char* const mirror : {"lower", "upper"}) {
     if (rig[mirror]) make_absolute(rig[mirror]["camera_info"]);
   }

@@ -29,8 +29,8 @@ void read_wheel_sigma(Section& drive_section, Drive& drive);
 YAML::Node sigma_of(const RigSigma& sigma);
 YAML::Node sigma_of(const WheelSigma& sigma);
 
-/// Makes the path of each `camera_info` absolute. @param file named when the robot was read
-void make_camera_infos_absolute(YAML::Node& robot, const std::filesystem::path& file);
+/// Makes the path of each `camera_info` and of `calibration` absolute. @param file named when the robot was read
+void make_rig_paths_absolute(YAML::Node& robot, const std::filesystem::path& file);
 
 /// Reads the lens data of `view.camera_info`, a camera calibration, into `view`: a ROS camera_info YAML file, as
 /// `camera_calibration` and the OpenCV tools write it. A file without coefficients, or with zeros, is of a lens without

@@ -60,4 +60,11 @@ fs::path resolve(const fs::path& path, const fs::path& file) {
   return fs::exists(joined, error) && !fs::equivalent(joined, folded, error) ? joined : folded;
 }
 
+std::string relative_to(const std::filesystem::path& file, const std::filesystem::path& target) {
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  std::error_code none_there;
+  const std::filesystem::path relative = std::filesystem::relative(target, folder, none_there);
+  return none_there || relative.empty() ? target.string() : relative.string();
+}
+
 }  // namespace twocone::config

@@ -32,6 +32,9 @@ template <typename... Values>
 /// ever), or is not readable
 std::string read_text(const std::filesystem::path& file);
 
+/// Returns the path of `target`, which is absolute, as `file` must write it: relative to its folder where possible.
+std::string relative_to(const std::filesystem::path& file, const std::filesystem::path& target);
+
 /// Reads a file line by line, and holds one block in memory. Text after the last newline is not returned, because a
 /// program ended while it wrote that line.
 class TextLines {

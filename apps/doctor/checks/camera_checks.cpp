@@ -226,10 +226,11 @@ bool FrameWait::outlasts(const Error& error) {
   return may_pass && ++troubles_ < kTroublesInARow;
 }
 
-void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
-                  Report& report) {
+std::optional<Image> check_camera(const CameraUnderTest& test, Camera& camera, double seconds,
+                                  const Surroundings& surroundings, Report& report) {
   const auto failed = [&](const char* check, const Error& error) {
     report.add(failed_row(test.name, check, error, camera_advice(error.code)));
+    return std::nullopt;
   };
   const Stopping stopping(camera);
   if (const auto applied = camera.configure(test.asked.settings); !applied) return failed("format", applied.error());
@@ -239,7 +240,7 @@ void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, c
   if (const auto started = camera.start(); !started) return failed("stream", started.error());
 
   const Footage stream = take_stream(camera, seconds, fmt::format("camera {}", test.name), surroundings);
-  if (stream.ended_by) failed("stream", *stream.ended_by);
+  if (stream.ended_by) std::ignore = failed("stream", *stream.ended_by);
   if (!stream.periods_s.empty()) {
     const double asked_hz = test.asked.settings.rate_hz;
     report.add(test.name, judge_rate(base::quantile(stream.periods_s, 0.5), asked_hz));
@@ -249,12 +250,10 @@ void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, c
   } else if (!stream.ended_by) {
     report.add({test.name, "stream", "too few frames were received", kFailed, camera_advice(ErrorCode::kTimeout)});
   }
-  if (!stream.image) return;
-  if (*stream.image) {
-    check_image(test.name, **stream.image, test.rim, report);
-  } else {
-    failed("image", stream.image->error());
-  }
+  if (!stream.image) return std::nullopt;
+  if (!*stream.image) return failed("image", stream.image->error());
+  check_image(test.name, **stream.image, test.rim, report);
+  return **stream.image;
 }
 
 }  // namespace twocone::doctor

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -97,8 +98,9 @@ struct CameraUnderTest {
 
 /// Configures the camera, streams for `seconds` and checks the frames. The camera is stopped at the end.
 /// @throws Interrupted; the camera is stopped then, too
-void check_camera(const CameraUnderTest& test, Camera& camera, double seconds, const Surroundings& surroundings,
-                  Report& report);
+/// @returns the last image, kRgb8, if there is one
+std::optional<Image> check_camera(const CameraUnderTest& test, Camera& camera, double seconds,
+                                  const Surroundings& surroundings, Report& report);
 
 // ---- an image
 
@@ -112,14 +114,29 @@ std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle&
 /// @param found nothing: there is no rim near the believed one. The robot file is then reported as wrong only if
 /// `may_show` (vision::rim_may_show)
 /// @param view as in `rig:`
+/// @param elsewhere the mirror that find_mirror() finds somewhere else
 Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
-                 const std::string& view);
+                 const std::string& view, const std::optional<vision::RimMeasurement>& elsewhere = std::nullopt);
 
 /// Adds the rows exposure, mirror and focus of an image. Adds only exposure without a believed rim, and no focus
 /// without a rim in the image.
 /// @param image kRgb8
 void check_image(const std::string& part, const Image& image, const std::optional<vision::RimCircle>& believed,
                  Report& report);
+
+// ---- what both images show of the rig
+
+struct RigUnderTest {
+  const config::Robot& robot;
+  const config::Map& map;  ///< landmarks with colours and tops
+  cv::Mat lower_rgb, upper_rgb;
+  std::filesystem::path images;  ///< folder for lower.png and upper.png, which are replaced; empty: none
+};
+
+/// Finds the rig in one image of each camera (vision/self_rig.h) and compares it with the robot file: exchanged,
+/// mirrored and turned cameras, if the map has three landmarks. Stores both images with the circles of the file and
+/// those that were found.
+void check_rig(const RigUnderTest& test, Report& report);
 
 // ---- the pair of cameras
 

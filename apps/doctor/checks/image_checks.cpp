@@ -9,6 +9,7 @@
 
 #include "apps/estimation/image_as_mat.h"
 #include "base/quantile.h"
+#include "vision/mirror_search.h"
 
 namespace twocone::doctor {
 namespace {
@@ -157,7 +158,14 @@ std::optional<double> edge_width_px(const cv::Mat& rgb, const vision::RimCircle&
 }
 
 Row judge_mirror(const std::optional<vision::RimCircle>& found, bool may_show, const vision::RimCircle& believed,
-                 const std::string& view) {
+                 const std::string& view, const std::optional<vision::RimMeasurement>& elsewhere) {
+  if (elsewhere && !found) {
+    const vision::RimCircle rim{elsewhere->centre_px, elsewhere->radius_px, elsewhere->support};
+    return {"", "mirror",
+            fmt::format("({:.1f}, {:.1f}), r {:.1f} px; far from the one in the robot file", rim.centre_px.x(),
+                        rim.centre_px.y(), rim.radius_px),
+            kFailed, fmt::format("{}, then twocone calibrate; or put the camera back", rig_key(rim, view))};
+  }
   if (!found && !may_show) {
     return {"", "mirror", "no rim is visible near the one in the robot file", kWarning,
             fmt::format("look at an image: is the mirror in view? Then an object of another brightness around it would "
@@ -188,7 +196,9 @@ void check_image(const std::string& part, const Image& image, const std::optiona
   if (believed) found = vision::find_rim(rgb, *believed);
   report.add(part, judge_exposure(exposure_of(rgb, found ? found : believed)));
   if (!believed) return;
-  report.add(part, judge_mirror(found, vision::rim_may_show(rgb, *believed), *believed, part));
+  std::optional<vision::RimMeasurement> elsewhere;
+  if (!found) elsewhere = vision::find_mirror(std::vector{rgb}).rim;
+  report.add(part, judge_mirror(found, vision::rim_may_show(rgb, *believed), *believed, part, elsewhere));
   if (found) report.add(part, judge_focus(edge_width_px(rgb, *found)));
 }
 

@@ -2,6 +2,7 @@
 #include "apps/runlog/summary/bounds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -43,6 +44,29 @@ class EdgeNoise {
   std::map<std::pair<std::string, std::string>, double> median_px_;
 };
 
+constexpr std::array kSides{vision::Side::kLower, vision::Side::kUpper};
+
+Eigen::Vector2d in_body(const localisation::Pose& pose, const Eigen::Vector2d& place_m) {
+  return Eigen::Rotation2Dd(-pose.heading_rad) * (place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
+}
+
+/// Returns the bound of a pose where rig and map are uncertain.
+/// @param information as of landmark_information()
+std::optional<Eigen::Matrix3d> whole_bound(const vision::UncertainRig& rig, const config::BeliefErrors& errors,
+                                           const std::vector<Landmark>& targets, const localisation::Pose& pose,
+                                           const std::vector<std::array<Eigen::Matrix2d, 2>>& information) {
+  std::vector<localisation::InformedMeasurement> measurements;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const Eigen::Vector2d place_m = vision::place_m(targets[k]);
+    for (const vision::Side side : kSides) {
+      measurements.push_back({place_m, information[k][std::size_t(side)],
+                              rig.place_by_shared(side, in_body(pose, place_m), targets[k], errors.vision.landmarks[k]),
+                              errors.places[k]});
+    }
+  }
+  return localisation::shared_pose_bound(pose, measurements);
+}
+
 std::optional<FrameBound::Landmark> bound_of(const Eigen::Matrix2d& information) {
   // Range and bearing have different units, so the determinant is compared with the product of the diagonal.
   const double product = information(0, 0) * information(1, 1);
@@ -54,18 +78,20 @@ std::optional<FrameBound::Landmark> bound_of(const Eigen::Matrix2d& information)
 
 }  // namespace
 
-std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<Landmark>& targets,
-                                                  const std::vector<Eigen::Vector2d>& places_m,
-                                                  const localisation::Pose& pose, const EdgeNoiseOf& edge_noise_px) {
-  const Eigen::Rotation2Dd R_BW(-pose.heading_rad);
-  std::vector<Eigen::Matrix2d> information(targets.size(), Eigen::Matrix2d::Zero());
+std::vector<std::array<Eigen::Matrix2d, 2>> landmark_information(const vision::Rig& rig,
+                                                                 const std::vector<Landmark>& targets,
+                                                                 const std::vector<Eigen::Vector2d>& places_m,
+                                                                 const localisation::Pose& pose,
+                                                                 const EdgeNoiseOf& edge_noise_px) {
+  const Eigen::Matrix2d none = Eigen::Matrix2d::Zero();
+  std::vector<std::array<Eigen::Matrix2d, 2>> information(targets.size(), {none, none});
   for (std::size_t k = 0; k < targets.size(); ++k) {
-    const Eigen::Vector2d p_BL_m = R_BW * (places_m[k] - Eigen::Vector2d(pose.x_m, pose.y_m));
-    for (const auto& [name, view] : {std::pair{"lower", &rig.lower}, {"upper", &rig.upper}}) {
-      const auto noise_px = edge_noise_px(targets[k].name, name);
+    const Eigen::Vector2d p_BL_m = in_body(pose, places_m[k]);
+    for (const vision::Side side : kSides) {
+      const auto noise_px = edge_noise_px(targets[k].name, std::string(to_string(side)));
       if (!noise_px) continue;
-      const auto seen = vision::sighting_information(*view, targets[k], p_BL_m, *noise_px);
-      if (seen) information[k] += *seen;
+      const auto seen = vision::sighting_information(of_view(rig, side), targets[k], p_BL_m, *noise_px);
+      if (seen) information[k][std::size_t(side)] = *seen;
     }
   }
   return information;
@@ -74,6 +100,8 @@ std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const 
 std::vector<FrameBound> bounds(const RunData& run) {
   if (run.sightings.empty()) return {};
   const vision::Rig rig = config::to_rig(run.robot);
+  const config::BeliefErrors errors = config::to_belief_errors(run.robot, run.map);
+  const vision::UncertainRig belief(rig, errors.vision.rig);
   const std::vector<Landmark> targets = config::to_targets(run.map);
   const std::vector<Eigen::Vector2d> places_m = config::to_landmark_positions(run.map);
   const EdgeNoise noise(run.sightings);
@@ -89,8 +117,11 @@ std::vector<FrameBound> bounds(const RunData& run) {
     const auto information = landmark_information(
         rig, targets, places_m, pose,
         [&](const std::string& landmark, const std::string& view) { return noise.find(bound.frame, landmark, view); });
-    std::transform(information.begin(), information.end(), bound.landmarks.begin(), bound_of);
-    bound.covariance = localisation::pose_bound(pose, places_m, information);
+    std::vector<Eigen::Matrix2d> of_both;
+    for (const auto& [lower, upper] : information) of_both.emplace_back(lower + upper);
+    std::transform(of_both.begin(), of_both.end(), bound.landmarks.begin(), bound_of);
+    bound.covariance = localisation::pose_bound(pose, places_m, of_both);
+    bound.whole_covariance = whole_bound(belief, errors, targets, pose, information);
   }
   return result;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -25,17 +26,21 @@ struct FrameBound {
   std::uint64_t frame = 0;
   std::vector<std::optional<Landmark>> landmarks;  ///< in the map's order
   std::optional<Eigen::Matrix3d> covariance;       ///< of x (m), y (m), heading (rad) from all landmarks together
+  /// The same, where map and rig are as uncertain as their files state; equal where both are exact.
+  std::optional<Eigen::Matrix3d> whole_covariance;
 };
 
 /// Returns the standard deviation (px, per pixel of length) of a landmark's outline in view "lower" or "upper", or
 /// nothing if the view does not show it.
 using EdgeNoiseOf = std::function<std::optional<double>(const std::string& landmark, const std::string& view)>;
 
-/// Returns the information on range (m) and bearing (rad) in the outlines of each target for a robot at `pose`. It is
-/// the sum over the views that show the target (vision::sighting_information).
-std::vector<Eigen::Matrix2d> landmark_information(const vision::Rig& rig, const std::vector<Landmark>& targets,
-                                                  const std::vector<Eigen::Vector2d>& places_m,
-                                                  const localisation::Pose& pose, const EdgeNoiseOf& edge_noise_px);
+/// Returns the information on range (m) and bearing (rad) in the outlines of each target for a robot at `pose`, in the
+/// lower and in the upper view (vision::sighting_information). It is zero where the view does not show the target.
+std::vector<std::array<Eigen::Matrix2d, 2>> landmark_information(const vision::Rig& rig,
+                                                                 const std::vector<Landmark>& targets,
+                                                                 const std::vector<Eigen::Vector2d>& places_m,
+                                                                 const localisation::Pose& pose,
+                                                                 const EdgeNoiseOf& edge_noise_px);
 
 /// Returns a bound for each frame of the run. It uses the rig and the map as believed, the true pose (on hardware the
 /// estimate) and the noise of the outlines that the method measured (sightings.csv): that of the frame, or else the

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/config/to_layers.h"
 #include "apps/runlog/summary/bounds.h"
 #include "base/quantile.h"
 #include "localisation/odometry.h"
@@ -166,6 +167,9 @@ void summarise_fixes(const RunData& run, const Bounds& bounds, Summary& summary)
   std::vector<double> heading_errors_rad;
   Comparison position;
   Comparison heading;
+  Comparison whole_position;
+  Comparison whole_heading;
+  const bool is_uncertain = config::to_belief_errors(run.robot, run.map).vision.rig.cols() > 0;
   for (const auto& [frame, fix] : fixes_by_frame(run)) {
     ++summary.fix_verdicts[fix.verdict];
     summary.frames_with_fix += fix.position ? 1 : 0;
@@ -177,11 +181,17 @@ void summarise_fixes(const RunData& run, const Bounds& bounds, Summary& summary)
     const Eigen::Matrix3d& covariance = *bound->second.covariance;
     if (fix.position) position.add(std::sqrt(covariance(0, 0) + covariance(1, 1)), fix.error_m);
     if (fix.heading) heading.add(std::sqrt(covariance(2, 2)), fix.heading_error_rad);
+    if (!is_uncertain || !bound->second.whole_covariance) continue;
+    const Eigen::Matrix3d& whole = *bound->second.whole_covariance;
+    if (fix.position) whole_position.add(std::sqrt(whole(0, 0) + whole(1, 1)), fix.error_m);
+    if (fix.heading) whole_heading.add(std::sqrt(whole(2, 2)), fix.heading_error_rad);
   }
   summary.fix_error = statistics(std::move(errors_m));
   summary.heading_error = statistics(std::move(heading_errors_rad));
   summary.position_bound_m = position.result();
   summary.heading_bound_rad = heading.result();
+  summary.whole_position_bound_m = whole_position.result();
+  summary.whole_heading_bound_rad = whole_heading.result();
 }
 
 void summarise_estimate(const RunData& run, Summary& summary) {
@@ -310,6 +320,8 @@ std::string to_json(const Summary& summary, const RunInfo& info) {
                  {"heading_error", to_json(summary.heading_error, "rad")},
                  {"position_bound", to_json(summary.position_bound_m, "m")},
                  {"heading_bound", to_json(summary.heading_bound_rad, "rad")},
+                 {"position_bound_with_map_and_rig", to_json(summary.whole_position_bound_m, "m")},
+                 {"heading_bound_with_map_and_rig", to_json(summary.whole_heading_bound_rad, "rad")},
                  {"position_in_95_percent_ellipse", to_json(summary.in_ellipse_95)}};
   json["estimate"] = {{"position_error", to_json(summary.estimate_error, "m")},
                       {"heading_error", to_json(summary.estimate_heading_error, "rad")}};

@@ -88,6 +88,10 @@ struct Summary {
   std::map<std::string, int> track_uses{};          ///< frames by the use of their fix (localisation::FixUse)
   std::optional<BoundComparison> position_bound_m;  ///< distance, sqrt(var x + var y)
   std::optional<BoundComparison> heading_bound_rad;
+  /// Likewise with FrameBound::whole_covariance. Only given where it differs from the bound of the pixels: where map or
+  /// rig is uncertain.
+  std::optional<BoundComparison> whole_position_bound_m{};
+  std::optional<BoundComparison> whole_heading_bound_rad{};
   /// Fixes whose own 95 % ellipse contains the true position; one of the two is enough for an ambiguous frame. A `weak`
   /// fix has no ellipse. A covariance that is not positive definite contains nothing.
   std::optional<Share> in_ellipse_95;

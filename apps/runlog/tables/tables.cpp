@@ -32,7 +32,7 @@ TWOCONE_COLUMNS(RangeRow, frame, t_s, landmark, verdict, range_m, sigma_range_m,
                 disparity_px, true_range_m);
 TWOCONE_COLUMNS(FixRow, frame, t_s, verdict, x_m, y_m, heading_rad, var_x_m2, cov_xy_m2, var_y_m2, var_heading_rad2,
                 true_x_m, true_y_m, error_m, outliers, cov_x_heading_m_rad, cov_y_heading_m_rad, unseen_x, unseen_y,
-                unseen_heading);
+                unseen_heading, own_var_x_m2, own_cov_xy_m2, own_var_y_m2, own_var_heading_rad2);
 TWOCONE_COLUMNS(SightingRow, frame, t_s, landmark, view, column_px, row_px, var_column_px2, cov_px2, var_row_px2,
                 edge_noise_px);
 TWOCONE_COLUMNS(TimingRow, frame, t_s, vision_s, localisation_s, wall_s, refined, verdict);
@@ -43,7 +43,7 @@ TWOCONE_COLUMNS(TrackRow, frame, t_s, state, x_m, y_m, heading_rad, var_x_m2, co
 /// Returns whether tables of older versions lack that many of the last columns.
 template <typename Row>
 bool is_older(std::size_t missing) {
-  return std::is_same_v<Row, FixRow> && (missing == 5 || missing == 6);
+  return std::is_same_v<Row, FixRow> && (missing == 4 || missing == 9 || missing == 10);
 }
 
 /// Rounds a heading to 1e-9 rad, both when it is written and when it is read. It then survives the twelve digits of a

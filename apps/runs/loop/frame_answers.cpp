@@ -11,11 +11,11 @@ using estimation::Method;
 FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, Method method)
     : robot_(robot),
       map_(map),
-      chain_{method, estimation::Estimator(method, robot, map), estimation::Track(method, robot)} {
+      chain_{method, estimation::Estimator(method, robot, map), estimation::Track(method, robot, map)} {
   if (method == Method::kPaper) return;
   try {
     baseline_.emplace(Chain{Method::kPaper, estimation::Estimator(Method::kPaper, robot, map),
-                            estimation::Track(Method::kPaper, robot)});
+                            estimation::Track(Method::kPaper, robot, map)});
   } catch (const config::FileError& error) {
     why_no_baseline_ = error.what();
   }

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/config/calibration_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <Eigen/Eigenvalues>
+#include <nlohmann/json.hpp>
+
+#include "apps/config/to_layers.h"
+#include "apps/config/yaml/text_file.h"
+#include "vision/uncertain_rig.h"
+
+namespace twocone::config {
+namespace {
+
+constexpr std::array kWheelNames{"wheel_radius_m", "wheel_ratio", "wheel_separation_m"};
+
+/// Numbers are written with all their digits, and the robot file has its own text of each.
+bool is_same(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max({1.0, std::abs(a), std::abs(b)}); }
+
+template <typename Value>
+Value value_of(const nlohmann::json& belief, const char* key, const std::filesystem::path& file) {
+  try {
+    return belief.at(key).get<Value>();
+  } catch (const nlohmann::json::exception& error) {
+    throw FileError("{}: belief.{} is missing or no list of the right kind ({})", file.string(), key, error.what());
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> belief_names(const Map& map) {
+  std::vector<std::string> names;
+  for (int i = 0; i < vision::kRigNumbers; ++i) names.push_back(vision::rig_number_name(i));
+  for (const Landmark& landmark : map.landmarks) {
+    for (const char* number : {"x_m", "y_m", "top_m", "radius_m"}) {
+      names.push_back(fmt::format("landmark {} {}", landmark.name, number));
+    }
+  }
+  names.insert(names.end(), kWheelNames.begin(), kWheelNames.end());
+  return names;
+}
+
+Eigen::VectorXd belief_values(const Robot& robot, const Map& map) {
+  const auto count = vision::kLandmarkNumbers * Eigen::Index(map.landmarks.size());
+  Eigen::VectorXd values(vision::kRigNumbers + count + Eigen::Index(kWheelNames.size()));
+  values.head<vision::kRigNumbers>() = vision::numbers_of(to_assumed_rig(robot));
+  Eigen::Index at = vision::kRigNumbers;
+  for (const Landmark& l : map.landmarks) {
+    values.segment<vision::kLandmarkNumbers>(at) << l.x_m, l.y_m, l.top_m, l.radius_m;
+    at += vision::kLandmarkNumbers;
+  }
+  values.tail(3) << robot.drive.wheel_radius_m, 1, robot.drive.wheel_separation_m;
+  return values;
+}
+
+Calibration read_calibration(const std::filesystem::path& file) {
+  nlohmann::json json;
+  try {
+    json = nlohmann::json::parse(read_text(file));
+  } catch (const nlohmann::json::exception& error) {
+    throw FileError("{}: is no JSON: {}", file.string(), error.what());
+  }
+  if (!json.is_object() || !json.contains("belief") || !json["belief"].is_object()) {
+    throw FileError("{}: belief is missing: the covariance that `twocone calibrate` writes", file.string());
+  }
+  const nlohmann::json& belief = json["belief"];
+  Calibration calibration;
+  calibration.names = value_of<std::vector<std::string>>(belief, "names", file);
+  const auto values = value_of<std::vector<double>>(belief, "values", file);
+  const auto rows = value_of<std::vector<std::vector<double>>>(belief, "covariance", file);
+  const std::size_t count = calibration.names.size();
+  const auto has_size = [count](const auto& list) { return list.size() == count; };
+  if (!has_size(values) || !has_size(rows) || !std::ranges::all_of(rows, has_size)) {
+    throw FileError("{}: belief has {} names, so it must have as many values, and as many rows and columns",
+                    file.string(), count);
+  }
+  const auto size = Eigen::Index(count);
+  calibration.values = Eigen::Map<const Eigen::VectorXd>(values.data(), size);
+  calibration.covariance.resize(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    calibration.covariance.row(i) = Eigen::Map<const Eigen::RowVectorXd>(rows[std::size_t(i)].data(), size);
+  }
+  const Eigen::MatrixXd& c = calibration.covariance;
+  if (!calibration.values.allFinite() || !c.allFinite() || size == 0) {
+    throw FileError("{}: belief has numbers that are not finite, or none", file.string());
+  }
+  const Eigen::VectorXd sigma = c.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::MatrixXd scale = sigma * sigma.transpose();
+  // Each entry was rounded once when it was computed on either side of the diagonal.
+  constexpr double kRounding = 1e-9;
+  const bool is_symmetric = ((c - c.transpose()).cwiseAbs().array() <= kRounding * scale.array()).all();
+  const bool is_bounded = (c.cwiseAbs().array() <= (1 + kRounding) * scale.array()).all();
+  if (!(c.diagonal().minCoeff() >= 0) || !is_symmetric || !is_bounded) {
+    throw FileError("{}: belief.covariance is no covariance: it must be symmetric, with correlations from -1 to 1",
+                    file.string());
+  }
+  return calibration;
+}
+
+Eigen::MatrixXd belief_covariance(const Calibration& calibration, const Robot& robot, const Map& map,
+                                  const Eigen::VectorXd& sigmas) {
+  const std::vector<std::string> names = belief_names(map);
+  const Eigen::VectorXd values = belief_values(robot, map);
+  std::map<std::string, Eigen::Index> known;
+  for (std::size_t i = 0; i < calibration.names.size(); ++i) known[calibration.names[i]] = Eigen::Index(i);
+  const auto index_of = [&](Eigen::Index i) {
+    const auto found = known.find(names[std::size_t(i)]);
+    return found == known.end() ? Eigen::Index(-1) : found->second;
+  };
+  const auto agrees = [&](Eigen::Index i) {
+    const Eigen::Index k = index_of(i);
+    return k >= 0 && is_same(values[i], calibration.values[k]);
+  };
+  const auto count = Eigen::Index(names.size());
+  std::vector<Eigen::Index> here;
+  std::vector<Eigen::Index> there;
+  const auto take = [&](Eigen::Index from, Eigen::Index numbers) {
+    for (Eigen::Index i = from; i < from + numbers; ++i) {
+      here.push_back(i);
+      there.push_back(index_of(i));
+    }
+  };
+  for (Eigen::Index i = 0; i < vision::kRigNumbers; ++i) {
+    if (agrees(i)) continue;
+    const Eigen::Index k = index_of(i);
+    throw FileError("{}: rig: {} is {}, but {} is of a rig with {}: calibrate again, or state `sigma:` in its place",
+                    robot.file.string(), names[std::size_t(i)], values[i], robot.rig.calibration.string(),
+                    k >= 0 ? fmt::format("{}", calibration.values[k]) : "none");
+  }
+  take(0, vision::kRigNumbers);
+  for (Eigen::Index at = vision::kRigNumbers; at + vision::kLandmarkNumbers < count; at += vision::kLandmarkNumbers) {
+    bool is_there = true;
+    for (Eigen::Index i = at; i < at + vision::kLandmarkNumbers; ++i) is_there = is_there && agrees(i);
+    if (is_there) take(at, vision::kLandmarkNumbers);
+  }
+  const Eigen::Index wheels = count - Eigen::Index(kWheelNames.size());
+  if (agrees(wheels) && agrees(wheels + 1) && agrees(wheels + 2)) take(wheels, 3);
+  Eigen::MatrixXd covariance = sigmas.cwiseAbs2().asDiagonal();
+  covariance(here, here) = calibration.covariance(there, there);
+  return covariance;
+}
+
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
+  std::vector<Eigen::Index> uncertain;
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    if (covariance(i, i) > 0) uncertain.push_back(i);
+  }
+  const auto count = Eigen::Index(uncertain.size());
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(covariance.rows(), count);
+  if (count == 0) return root;
+  const Eigen::MatrixXd block = covariance(uncertain, uncertain);
+  const Eigen::VectorXd sigma = block.diagonal().cwiseSqrt();
+  if (Eigen::MatrixXd(block.diagonal().asDiagonal()) == block) {
+    for (Eigen::Index i = 0; i < count; ++i) root(uncertain[std::size_t(i)], i) = sigma[i];
+    return root;
+  }
+  // Metres, pixels and radians are mixed, so the eigenvectors are those of the correlations.
+  const Eigen::VectorXd inverse = sigma.cwiseInverse();
+  const Eigen::MatrixXd correlation = inverse.asDiagonal() * block * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen((correlation + correlation.transpose()) / 2);
+  constexpr double kNone = 1e-12;  // of the largest: rounding of the entries
+  const double least = kNone * eigen.eigenvalues()[count - 1];
+  const auto none = (eigen.eigenvalues().array() <= least).count();
+  const Eigen::VectorXd lengths = eigen.eigenvalues().tail(count - none).cwiseSqrt();
+  const Eigen::MatrixXd rows = sigma.asDiagonal() * eigen.eigenvectors().rightCols(count - none) * lengths.asDiagonal();
+  root = Eigen::MatrixXd::Zero(covariance.rows(), count - none);
+  for (Eigen::Index i = 0; i < count; ++i) root.row(uncertain[std::size_t(i)]) = rows.row(i);
+  return root;
+}
+
+}  // namespace twocone::config
