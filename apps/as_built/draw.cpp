@@ -166,6 +166,7 @@ void draw_robot(const Draws& draws, const config::Robot& plan, const Tolerances&
   believed.rig.lower = believed_view(plan.rig.lower, plan.lower.settings, rim_px);
   believed.rig.upper = believed_view(plan.rig.upper, plan.upper.settings, rim_px);
   believed.rig.sigma = rig_sigma(t, rim_px);
+  believed.rig.calibration.clear();  // it is that of the plan
   // The simulated wheels are equal.
   believed.drive.sigma =
       config::WheelSigma{.wheel_radius_m = t.wheel_radius * plan.drive.wheel_radius_m / kHalfWidthInSigmas,
