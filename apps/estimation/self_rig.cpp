@@ -64,7 +64,7 @@ vision::SelfRigProblem self_rig_problem(const config::Robot& robot, const config
 }
 
 SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRig& found,
-                                const vision::SelfRigProblem& problem) {
+                                const vision::SelfRigProblem& problem, Replace which) {
   const vision::Rig rig = vision::to_rig(found, problem);
   SelfRigAnswer answer{robot.rig, {}};
   config::RigSigma sigma = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig));
@@ -87,7 +87,8 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
       answer.differences.push_back({full, is_missing(robot.rig, full) ? "" : in_file, text});
     };
     const auto differs = [&](const char* key, double off, double least, double its_sigma) {
-      return is_missing(robot.rig, fmt::format("{}.{}", name, key)) || off > std::max(least, kSameSigmas * its_sigma);
+      return which == Replace::kAll || is_missing(robot.rig, fmt::format("{}.{}", name, key)) ||
+             off > std::max(least, kSameSigmas * its_sigma);
     };
     const Eigen::Vector2d centre(file.centre_px[0], file.centre_px[1]);
     if (differs("centre_px", (seen.centre_px - centre).norm(), kSameCentre_px, view.sigma_centre_px)) {
@@ -113,7 +114,8 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
   const auto take = [&](const char* key, double in_file_rad, double seen_rad, double sigma_rad, double& value_rad) {
     const bool is_absent = is_missing(robot.rig, key);
     const double off_rad = std::abs(base::wrap_angle_rad(seen_rad - in_file_rad));
-    if (!is_absent && off_rad <= std::max(kSameAzimuth_rad, kSameSigmas * sigma_rad)) return;
+    const bool is_same = off_rad <= std::max(kSameAzimuth_rad, kSameSigmas * sigma_rad);
+    if (which != Replace::kAll && !is_absent && is_same) return;
     answer.differences.push_back({key, is_absent ? "" : fmt::format("{:.1f}", degrees(in_file_rad)),
                                   fmt::format("{:.1f} degrees", degrees(seen_rad))});
     value_rad = seen_rad;

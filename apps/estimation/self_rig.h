@@ -35,11 +35,15 @@ constexpr double kSameRadiusShare = 0.01;
 constexpr double kSameAzimuth_rad = 0.035;
 constexpr double kSameSigmas = 3;
 
+/// Which numbers of a robot file are replaced by those of the images.
+enum class Replace { kContradicted, kAll };
+
 /// Replaces the numbers of the robot file that differ from those found by more than the limits above and kSameSigmas of
 /// the finder's sigmas. Sizes, heights, tilts, offsets and lenses are kept. Requires found.missing() to be kNothing.
 /// With exchanged cameras, `lower` is the lower mirror, which the camera shows that the file calls upper.
+/// With Replace::kAll every number that was found is replaced, with its own sigma.
 SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRig& found,
-                                const vision::SelfRigProblem& problem);
+                                const vision::SelfRigProblem& problem, Replace which = Replace::kContradicted);
 
 /// Returns the changes of the robot file that make its rig that of the answer; empty without a difference.
 std::vector<config::KeyChange> changes_to(const SelfRigAnswer& answer);

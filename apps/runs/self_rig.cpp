@@ -22,7 +22,8 @@ struct Shown {
   std::optional<estimation::SelfRigAnswer> answer;  ///< none: found.missing()
 };
 
-Result<Shown> shown_in(const config::Robot& robot, const config::Map& map, const Image& lower, const Image& upper) {
+Result<Shown> shown_in(const config::Robot& robot, const config::Map& map, const Image& lower, const Image& upper,
+                       estimation::Replace which) {
   const auto lower_rgb = to_rgb8(lower);
   const auto upper_rgb = to_rgb8(upper);
   if (!lower_rgb) return lower_rgb.error();
@@ -32,7 +33,7 @@ Result<Shown> shown_in(const config::Robot& robot, const config::Map& map, const
   if (robot.start) problem.frames.back().heading_rad = robot.start->heading_rad;
   Shown shown{vision::find_rig(problem), {}};
   if (shown.found.missing() == vision::NotFound::kNothing) {
-    shown.answer = estimation::compare_with_file(robot, shown.found, problem);
+    shown.answer = estimation::compare_with_file(robot, shown.found, problem, which);
   }
   return shown;
 }
@@ -65,7 +66,7 @@ Result<SelfRigRobot> with_self_rig(const config::Robot& robot, const config::Map
   const auto images = wait_for_images(*frame, stop);
   taken.stop();
   if (!images) return images.error();
-  const auto shown = shown_in(robot, map, *images->first, *images->second);
+  const auto shown = shown_in(robot, map, *images->first, *images->second, estimation::Replace::kAll);
   if (!shown) return shown.error();
   const auto refused = [&](const std::string& why) {
     return Error(ErrorCode::kRefused, "{}: --self-rig: {}", robot.file.string(), why);
@@ -77,15 +78,13 @@ Result<SelfRigRobot> with_self_rig(const config::Robot& robot, const config::Map
     result.robot.changes.push_back(std::move(change));
   }
   result.robot.rig = shown->answer->rig;
-  result.event = shown->answer->differences.empty()
-                     ? "--self-rig: the first images agree with rig:"
-                     : "--self-rig: taken from the first images: " + list_of(shown->answer->differences);
+  result.event = "--self-rig: taken from the first images: " + list_of(shown->answer->differences);
   return result;
 }
 
 std::optional<std::string> rig_warning(const config::Robot& robot, const config::Map& map, const Image& lower,
                                        const Image& upper) {
-  const auto shown = shown_in(robot, map, lower, upper);
+  const auto shown = shown_in(robot, map, lower, upper, estimation::Replace::kContradicted);
   if (!shown) return std::nullopt;
   if (!shown->answer) {
     return "warning: rig: could not be compared with the first images: " + estimation::what_to_change(shown->found);
