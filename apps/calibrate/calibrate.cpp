@@ -366,6 +366,8 @@ Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot,
   estimation::SelfRigAnswer answer = estimation::compare_with_file(robot, *start.found, problem);
   start.replaced = std::move(answer.differences);
   start.robot.rig = std::move(answer.rig);
+  // The covariance of an earlier calibration is that of the numbers which are replaced.
+  if (!start.replaced.empty()) start.robot.rig.calibration.clear();
   start.exchanged = *start.found->exchanged.value;
   if (start.exchanged) std::swap(start.robot.lower, start.robot.upper);
   // One prior counts for both views, so that it is that of the view which is known less.

@@ -77,6 +77,7 @@ Result<SelfRigRobot> with_self_rig(const config::Robot& robot, const config::Map
     result.robot.changes.push_back(std::move(change));
   }
   result.robot.rig = shown->answer->rig;
+  if (!shown->answer->differences.empty()) result.robot.rig.calibration.clear();
   result.event = shown->answer->differences.empty()
                      ? "--self-rig: the first images agree with rig:"
                      : "--self-rig: taken from the first images: " + list_of(shown->answer->differences);
