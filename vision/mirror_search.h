@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -58,6 +59,6 @@ MirrorSearch find_mirror(std::span<const cv::Mat> images);
 /// which is up to half a pixel from the middle of the light.
 constexpr double kRoughRimSigma_px = 0.5;
 constexpr double kUpright_rad = 0.25;
-constexpr double kUprightByChance = 2 * kUpright_rad / 3.14159265358979323846;
+constexpr double kUprightByChance = 2 * kUpright_rad / std::numbers::pi;
 
 }  // namespace twocone::vision

@@ -227,6 +227,8 @@ config::RigView to_file(const vision::MirrorView& view, config::RigView like, co
 
 bool is_settled(const std::vector<vision::CalibratedParameter>& last,
                 const std::vector<vision::CalibratedParameter>& now) {
+  for (size_t i=0;i<last.size() && i<now.size();++i) if (std::abs(last[i].after-now[i].after)>kSettled*now[i].sigma) fmt::print(stderr,"  {} {:.2f}s ", now[i].name, std::abs(last[i].after-now[i].after)/now[i].sigma);
+  fmt::print(stderr,"\n");
   return std::ranges::equal(
       last, now, [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
 }
@@ -366,6 +368,8 @@ Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot,
   estimation::SelfRigAnswer answer = estimation::compare_with_file(robot, *start.found, problem);
   start.replaced = std::move(answer.differences);
   start.robot.rig = std::move(answer.rig);
+  // The covariance of an earlier calibration is that of the numbers which are replaced.
+  if (!start.replaced.empty()) start.robot.rig.calibration.clear();
   start.exchanged = *start.found->exchanged.value;
   if (start.exchanged) std::swap(start.robot.lower, start.robot.upper);
   // One prior counts for both views, so that it is that of the view which is known less.

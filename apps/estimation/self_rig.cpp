@@ -132,7 +132,6 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
        found.relative_azimuth.sigma_rad, answer.rig.upper.azimuth_rad);
   answer.rig.missing.clear();
   if (answer.differences.empty()) return answer;
-  answer.rig.calibration.clear();  // its covariance is that of the numbers which are replaced
   const auto set = [](double& file, double seen) {
     if (seen > 0) file = std::max(seen, file > 0 ? std::min(file, seen) : 0.0);
   };
@@ -157,7 +156,8 @@ std::vector<config::KeyChange> changes_to(const SelfRigAnswer& answer) {
     changes.push_back({fmt::format("rig.{}", difference.key), value});
   }
   if (changes.empty() || !answer.rig.sigma) return changes;
-  changes.push_back({"rig.calibration", "''"});
+  // The covariance of a calibration is that of the numbers which are replaced.
+  if (!answer.rig.calibration.empty()) changes.push_back({"rig.calibration", "none"});
   const config::RigSigma& s = *answer.rig.sigma;
   changes.push_back(
       {"rig.sigma",

@@ -16,6 +16,9 @@ constexpr Range kTiltRange{.least = -std::numbers::pi / 4,
                            .without_ends = true,
                            .words = "> -pi/4 and < pi/4"};
 
+/// The value of `calibration` with which a change of the file switches it off.
+constexpr const char* kNoCalibration = "none";
+
 void read_mirror(Section& where, RigView& view) {
   Section* mirror = where.section("mirror", "{type: cone, apex_rad}");
   if (mirror == nullptr) return;
@@ -238,7 +241,7 @@ void read_rig(Section& root, const std::filesystem::path& file, Rig& rig) {
   rig.sigma = read_sigma<RigSigma>(*section, kRigSigmaKeys, ruler_sigma(rig));
   std::string calibration;
   section->text("calibration", "the covariance that `twocone calibrate` wrote", calibration, Need::kOptional);
-  if (calibration.empty()) return;
+  if (calibration.empty() || calibration == kNoCalibration) return;
   rig.calibration = resolve(calibration, file);
   if (rig.sigma) section->complain("sigma", kNoUnit, "absent beside calibration");
 }
@@ -271,7 +274,7 @@ WheelSigma ruler_sigma(const Drive& drive) {
 
 void make_rig_paths_absolute(YAML::Node& robot, const std::filesystem::path& file) {
   const auto make_absolute = [&](YAML::Node path) {
-    if (path && !path.as<std::string>().empty())
+    if (path && path.as<std::string>() != kNoCalibration)
       path = std::filesystem::absolute(resolve(path.as<std::string>(), file)).string();
   };
   YAML::Node rig = robot["rig"];
