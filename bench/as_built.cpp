@@ -153,7 +153,6 @@ Believer calibrated(const as_built::AsBuilt& drawn, World& world, const fs::path
     believer.why_not = report.error().message;
     return believer;
   }
-  fmt::print(stderr, "rounds {} settled {} outliers {} rms {:.3f} {:.3f}\n", report->rounds, report->is_settled, report->result.outliers, report->result.rms_after_px[0], report->result.rms_after_px[1]);
   believer.robot.rig = report->rig;
   believer.robot.drive = report->drive;
   believer.robot.rig.calibration = folder / "robot.calibration.json";

@@ -21,8 +21,14 @@ namespace {
 // A sighting depends slightly on the rig with which it is measured. Of a rig error of half a degree, some 6 % remain
 // after two rounds, and each further round leaves about 40 % of the remainder. The rounds end when no number moves by
 // more than kSettled of its sigma, at the latest after kMostRounds.
-constexpr int kMostRounds = 12;
+constexpr int kMostRounds = 14;
+constexpr int kFullRounds = 4;  ///< at the least, of those with all frames
 constexpr double kSettled = 0.3;
+// The first rounds use a third of the frames, if these are enough, until no number moves by more than kRoughlySettled
+// of its sigma there. A rig that is far off needs some eight rounds, most of which need no more than that.
+constexpr int kRoughShare = 3;
+constexpr int kFewestRoughFrames = 20;
+constexpr double kRoughlySettled = 1;
 // The tip is searched within a sixth of the rim's radius, because farther out a tilt bends the lines.
 constexpr double kTipReach = 1.0 / 6;
 
@@ -226,11 +232,9 @@ config::RigView to_file(const vision::MirrorView& view, config::RigView like, co
 }
 
 bool is_settled(const std::vector<vision::CalibratedParameter>& last,
-                const std::vector<vision::CalibratedParameter>& now) {
-  for (size_t i=0;i<last.size() && i<now.size();++i) if (std::abs(last[i].after-now[i].after)>kSettled*now[i].sigma) fmt::print(stderr,"  {} {:.2f}s ", now[i].name, std::abs(last[i].after-now[i].after)/now[i].sigma);
-  fmt::print(stderr,"\n");
+                const std::vector<vision::CalibratedParameter>& now, double sigmas) {
   return std::ranges::equal(
-      last, now, [](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= kSettled * b.sigma; });
+      last, now, [sigmas](const auto& a, const auto& b) { return std::abs(a.after - b.after) <= sigmas * b.sigma; });
 }
 
 void check(const std::vector<runlog::RunData>& runs, const Settings& settings) {
@@ -446,10 +450,13 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   constexpr double kCirclesShare = 0.1;
   notify(kCirclesShare);
 
+  ChosenFrames rough = choose_frames(runs, settings.frames / kRoughShare);
+  rough.exchanged = start.exchanged;
+  bool is_rough = rough.frames.size() >= std::size_t(kFewestRoughFrames) && rough.frames.size() < chosen.frames.size();
   for (int round = 0; round < kMostRounds; ++round) {
     const auto part = [&](double done) { notify(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
     const auto& landmarks = report.result.landmarks.empty() ? problem.landmarks : report.result.landmarks;
-    Sighted sighted = sight(runs, chosen, report.after, landmarks, start.robot, part);
+    Sighted sighted = sight(runs, is_rough ? rough : chosen, report.after, landmarks, start.robot, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
@@ -464,7 +471,11 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
     }
     report.after = *report.result.rig;
     report.rounds = round + 1;
-    report.is_settled = is_settled(last, report.result.parameters);
+    if (is_rough) {
+      is_rough = round + kFullRounds < kMostRounds && !is_settled(last, report.result.parameters, kRoughlySettled);
+      continue;
+    }
+    report.is_settled = is_settled(last, report.result.parameters, kSettled);
     if (report.is_settled) break;
   }
   notify(1);
