@@ -65,7 +65,7 @@ struct Unmodelled {
   /// is a quadric (scene_text.cpp), round at its tip.
   double bulge_m = 0.0001;
   double lean_rad = 0.5 * std::numbers::pi / 180;  ///< of half of the landmarks, about the middle of the top
-  double oval = 0.02;  ///< greatest less least diameter of the other landmarks, of their mean
+  double oval = 0.02;   ///< greatest less least diameter of the other landmarks, of their mean
   double colour = 0.1;  ///< half-width of the lamps' red and blue against their green
   double flicker = 0.05;
   int jpeg_quality = 85;
@@ -79,7 +79,7 @@ struct ViewFlaws {
 
 /// What a landmark of the map cannot express.
 struct LandmarkFlaws {
-  double lean_rad = 0;      ///< of the axis; its place is that of the top
+  double lean_rad = 0;       ///< of the axis; its place is that of the top
   double direction_rad = 0;  ///< in the world: where the top leans to, or of the longest diameter
   double oval = 0;
 };

@@ -132,8 +132,7 @@ void draw_lens(const Draws& draws, const std::string& name, const Tolerances& t,
   effects.distortion_focal_px = focal_px;
 }
 
-void draw_camera(const Draws& draws, const std::string& name, const Tolerances& t,
-                 sim_povray::CameraEffects& effects) {
+void draw_camera(const Draws& draws, const std::string& name, const Tolerances& t, sim_povray::CameraEffects& effects) {
   effects.full_well_electrons = draws.between(name + ".full_well_electrons", t.full_well_electrons);
   effects.read_noise_electrons = draws.up_to(name + ".read_noise_electrons", t.read_noise_electrons);
   effects.vignetting = draws.up_to(name + ".vignetting", t.vignetting);

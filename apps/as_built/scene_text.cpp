@@ -20,12 +20,12 @@ constexpr const char* kTextures = R"(
 #declare Built_Pale = texture { pigment { color rgb 0.60 } finish { ambient 0.3 diffuse 0.6 reflection 0 } }
 )";
 
-/// Returns the angle of POV-Ray's `rotate`, in degrees, for a turn of the world's frame: the opposite sign. A sum with 0
-/// is never -0.
+/// Returns the angle of POV-Ray's `rotate`, in degrees, for a turn of the world's frame: the opposite sign. A sum with
+/// 0 is never -0.
 double turned(double angle_rad) { return 0 - angle_rad * 180 / std::numbers::pi; }
 
-/// Writes POV-Ray's left-handed frame with y up: world (x, y, z) is <x, z, y>. A turn counter-clockwise about z, as seen
-/// from above, is one by the negative angle about POV-Ray's y, and likewise for the other axes.
+/// Writes POV-Ray's left-handed frame with y up: world (x, y, z) is <x, z, y>. A turn counter-clockwise about z, as
+/// seen from above, is one by the negative angle about POV-Ray's y, and likewise for the other axes.
 class SceneText {
  public:
   explicit SceneText(const AsBuilt& drawn) : drawn_(drawn), robot_(drawn.built) {}
@@ -82,7 +82,8 @@ class SceneText {
     const double top_m = upper_lens_m + robot_.rig.upper.lens_to_tip_m + 2.2 * mirror_m;
     const double wheel_m = robot_.drive.wheel_radius_m;
     const double side_m = robot_.drive.wheel_separation_m / 2;
-    print("  cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Dark }} }}\n", 0.5 * wheel_m, deck_m, 0.9 * radius_m);
+    print("  cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Dark }} }}\n", 0.5 * wheel_m, deck_m,
+          0.9 * radius_m);
     for (const double y_m : {-side_m, side_m}) {
       print("  cylinder {{ <0, {0}, {1}>, <0, {0}, {2}>, {0} texture {{ Built_Pale }} }}\n", wheel_m,
             y_m - 0.1 * wheel_m, y_m + 0.1 * wheel_m);
@@ -93,8 +94,8 @@ class SceneText {
       print("  cylinder {{ <{0}, {1}, 0>, <0, {1}, 0>, {2} texture {{ Built_Pale }} }}\n", -mast_m, z_m,
             0.083 * mirror_m);
     }
-    print("  cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Pale }} }}\n", top_m - mirror_m, top_m - 0.25 * mirror_m,
-          0.13 * mirror_m);
+    print("  cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Pale }} }}\n", top_m - mirror_m,
+          top_m - 0.25 * mirror_m, 0.13 * mirror_m);
   }
 
   void unit(const config::RigView& view, const ViewFlaws& flaws, double lens_m) {
@@ -102,15 +103,15 @@ class SceneText {
     const double height_m = radius_m / std::tan(view.apex_rad / 2);
     const double tip_m = view.lens_to_tip_m;
     const double rim_m = tip_m + height_m;
-    print("  union {{\n    cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Dark }} }}\n", -0.9 * radius_m, -0.08 * radius_m,
-          0.38 * radius_m);
+    print("  union {{\n    cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Dark }} }}\n", -0.9 * radius_m,
+          -0.08 * radius_m, 0.38 * radius_m);
     if (flaws.bulge_m == 0) {
       print("    cone {{ <0, {}, 0>, 0, <0, {}, 0>, {} open texture {{ Built_Mirror }} }}\n", tip_m, rim_m, radius_m);
     } else {
       bulging_mirror(view, flaws.bulge_m, height_m);
     }
-    print("    cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Dark }} }}\n    {}\n  }}\n", rim_m, rim_m + radius_m / 6,
-          radius_m, mounted(view, lens_m));
+    print("    cylinder {{ <0, {}, 0>, <0, {}, 0>, {} texture {{ Built_Dark }} }}\n    {}\n  }}\n", rim_m,
+          rim_m + radius_m / 6, radius_m, mounted(view, lens_m));
   }
 
   /// Writes the quadric r^2 = t^2 y^2 + c y (height - y), with t = tan(apex / 2) and y from the tip. It has the cone's
@@ -136,8 +137,8 @@ class SceneText {
   void camera(const char* name, const config::RigView& view, const ViewFlaws& flaws, const CameraSettings& size,
               double lens_m) {
     const double height_px = size.height_px;
-    const double focal = (view.lens_to_tip_m / view.mirror_radius_m + 1 / std::tan(view.apex_rad / 2)) *
-                         view.rim_radius_px / height_px;
+    const double focal =
+        (view.lens_to_tip_m / view.mirror_radius_m + 1 / std::tan(view.apex_rad / 2)) * view.rim_radius_px / height_px;
     const double right = (view.centre_px[0] - (size.width_px - 1) / 2.0) / height_px;
     const double down = (view.centre_px[1] - (size.height_px - 1) / 2.0) / height_px;
     const double up = view.mirrored ? 1 : -1;  // which way the image's upper edge is, along POV-Ray's z
@@ -146,9 +147,8 @@ class SceneText {
     const auto& [off_x_m, off_y_m] = flaws.lens_off_axis_m;
     const double along_m = off_x_m * cosine + off_y_m * sine + 0, across_m = off_y_m * cosine - off_x_m * sine + 0;
     print("camera {{\n  //*PMName {}\n  perspective location <{}, 0, {}>\n", name, along_m, across_m);
-    print("  direction <{}, {}, {}> up <0, 0, {}> right <{}/{}, 0, 0>\n",
-          -right - focal * along_m / view.lens_to_tip_m, focal, up * down - focal * across_m / view.lens_to_tip_m, up,
-          size.width_px, size.height_px);
+    print("  direction <{}, {}, {}> up <0, 0, {}> right <{}/{}, 0, 0>\n", -right - focal * along_m / view.lens_to_tip_m,
+          focal, up * down - focal * across_m / view.lens_to_tip_m, up, size.width_px, size.height_px);
     print("  rotate <0, {}, 0> {}\n  {}\n}}\n", turned(view.azimuth_rad), mounted(view, lens_m), placed());
   }
 
@@ -157,9 +157,8 @@ class SceneText {
     const auto& [red, green, blue] = landmark.colour;
     print("cylinder {{ <0, {}, 0>, <0, 0, 0>, {}   // {}\n", -landmark.top_m * per_m(), landmark.radius_m * per_m(),
           landmark.name);
-    print(
-        "  texture {{ pigment {{ color rgb <{}, {}, {}> }} finish {{ ambient 0.35 diffuse 0.62 reflection 0 }} }}\n",
-        red, green, blue);
+    print("  texture {{ pigment {{ color rgb <{}, {}, {}> }} finish {{ ambient 0.35 diffuse 0.62 reflection 0 }} }}\n",
+          red, green, blue);
     if (flaws.oval != 0) {
       print("  scale <{}, 1, {}> rotate <0, {}, 0>\n", 1 + flaws.oval / 2, 1 - flaws.oval / 2,
             turned(flaws.direction_rad));

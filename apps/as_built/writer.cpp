@@ -42,9 +42,10 @@ void check_without_landmarks(const std::filesystem::path& scene, const config::M
     for (const Landmark& landmark : plan.landmarks) {
       const double apart_m = std::hypot(cylinder.x_m - landmark.x_m, cylinder.y_m - landmark.y_m);
       if (apart_m > landmark.radius_m || cylinder.top_m < landmark.top_m / 2) continue;
-      throw BadPlan("{}:{}: landmark {} cannot be moved; in the plan's scene it must stand between `#ifndef ({})` and "
-                    "`#end`",
-                    plan.scene->string(), object.line, landmark.name, kWithoutLandmarks);
+      throw BadPlan(
+          "{}:{}: landmark {} cannot be moved; in the plan's scene it must stand between `#ifndef ({})` and "
+          "`#end`",
+          plan.scene->string(), object.line, landmark.name, kWithoutLandmarks);
     }
   }
 }
@@ -96,9 +97,10 @@ Files write(const AsBuilt& drawn, const std::filesystem::path& folder) {
   }
   const Files files = files_in(folder);
   const std::string room = room_text(*drawn.built_map.scene);
-  std::string scene = room + fmt::format("\n// ---- above: a copy of {} without robot and landmarks\n// {} as built, "
-                                         "seed {}, by `twocone as-built`\n",
-                                         drawn.built_map.scene->filename().string(), plan.name, drawn.seed);
+  std::string scene = room + fmt::format(
+                                 "\n// ---- above: a copy of {} without robot and landmarks\n// {} as built, "
+                                 "seed {}, by `twocone as-built`\n",
+                                 drawn.built_map.scene->filename().string(), plan.name, drawn.seed);
   for (const std::string& line : flaws_of(drawn)) scene += "// " + line + '\n';
   scene += scene_text(drawn);
 

@@ -41,9 +41,8 @@ void build_with(const AsBuiltArguments& options) {
       refuse_overwriting({files.scene, files.built_map, files.built, files.believed_map, files.believed});
     }
     const bool unmodelled = options.is_unmodelled(seed);
-    as_built::write(as_built::draw(plan, map, seed, {},
-                                   unmodelled ? std::optional(as_built::Unmodelled{}) : std::nullopt),
-                    folder);
+    as_built::write(
+        as_built::draw(plan, map, seed, {}, unmodelled ? std::optional(as_built::Unmodelled{}) : std::nullopt), folder);
     fmt::print("seed {}{}: {}, {}\n", seed, unmodelled ? ", with what no model has" : "", files.built.string(),
                files.believed.string());
   }
@@ -60,7 +59,8 @@ void add_as_built(CLI::App& program) {
       ->required()
       ->type_name("DIR");
   add_checked(command, "--seed", options->seed, "Seed of the draws", whole_number());
-  add_checked(command, "--count", options->count, "Robots to draw, of this seed and the following", CLI::Range(1, 9999));
+  add_checked(command, "--count", options->count, "Robots to draw, of this seed and the following",
+              CLI::Range(1, 9999));
   add_checked(command, "--unmodelled", options->unmodelled,
               "Robots that also have what no model has: none, all, or half (those with odd seeds)",
               CLI::IsMember({"none", "half", "all"}));

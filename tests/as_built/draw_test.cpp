@@ -29,7 +29,7 @@ constexpr double kSqrt3 = 1.7320508075688772;
 struct Drawn {
   std::string name;
   double half_width;
-  double sigma;     ///< as the believed files state it
+  double sigma;      ///< as the believed files state it
   double deviation;  ///< the truth less the belief
 };
 
@@ -126,7 +126,8 @@ TEST(AsBuilt, NoTwoNumbersDependOnEachOther) {
   for (std::size_t i = 0; i < draws.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       double correlation = 0;
-      for (int n = 0; n < kRobots; ++n) correlation += 3 * draws[i][std::size_t(n)] * draws[k][std::size_t(n)] / kRobots;
+      for (int n = 0; n < kRobots; ++n)
+        correlation += 3 * draws[i][std::size_t(n)] * draws[k][std::size_t(n)] / kRobots;
       // Its sigma is 1 / sqrt(n) = 0.05; there are about 1,000 pairs.
       EXPECT_LT(std::abs(correlation), 5 / std::sqrt(double(kRobots))) << names[i] << ", " << names[k];
     }
@@ -173,9 +174,11 @@ TEST(AsBuilt, TheWholeMirrorIsSeenInEachDraw) {
       for (const vision::MirrorView* view : {&rig.lower, &rig.upper}) {
         for (int i = 0; i < 64; ++i) {
           const auto& settings = view->settings();
-          const Eigen::Vector2d rim = settings.centre_px + view->offset_px(i * kDegree * 360 / 64, settings.rim_radius_px);
+          const Eigen::Vector2d rim =
+              settings.centre_px + view->offset_px(i * kDegree * 360 / 64, settings.rim_radius_px);
           const Eigen::Vector2d seen = view->distort_px(rim).value();
-          least_px = std::min({least_px, seen.x(), seen.y(), size.width_px - 1 - seen.x(), size.height_px - 1 - seen.y()});
+          least_px =
+              std::min({least_px, seen.x(), seen.y(), size.width_px - 1 - seen.x(), size.height_px - 1 - seen.y()});
         }
       }
     }
@@ -219,7 +222,9 @@ TEST(AsBuilt, TheUnmodelledRestHasItsAmountsAndChangesNothingElse) {
     const AsBuilt a = plan.drawn(seed, {}, Unmodelled{}), without = plan.drawn(seed);
     EXPECT_EQ(a.built.rig, without.built.rig);
     EXPECT_EQ(a.built_map, without.built_map);
-    const auto off_m = [](const ViewFlaws& view) { return std::hypot(view.lens_off_axis_m[0], view.lens_off_axis_m[1]); };
+    const auto off_m = [](const ViewFlaws& view) {
+      return std::hypot(view.lens_off_axis_m[0], view.lens_off_axis_m[1]);
+    };
     EXPECT_NEAR(off_m(a.lower) + off_m(a.upper), 0.0005, 1e-12);
     EXPECT_TRUE(off_m(a.lower) == 0 || off_m(a.upper) == 0);
     EXPECT_EQ(a.lower.bulge_m + a.upper.bulge_m, 0.0001);

@@ -116,8 +116,9 @@ TEST_F(AsBuiltFiles, ShowTheLandmarksWhereTheTruthHasThem) {
     for (const Landmark& landmark : drawn.built_map.landmarks) {
       const auto is_it = [&](const sim_povray::SceneCylinder& c) {
         return std::hypot(c.x_m - landmark.x_m, c.y_m - landmark.y_m) < kRounding_m &&
-               std::abs(c.radius_m - landmark.radius_m) < kRounding_m && std::abs(c.top_m - landmark.top_m) < kRounding_m &&
-               std::abs(c.bottom_m) < kRounding_m && c.colour == landmark.colour;
+               std::abs(c.radius_m - landmark.radius_m) < kRounding_m &&
+               std::abs(c.top_m - landmark.top_m) < kRounding_m && std::abs(c.bottom_m) < kRounding_m &&
+               c.colour == landmark.colour;
       };
       EXPECT_EQ(std::ranges::count_if(cylinders, is_it), 1) << room << ", " << landmark.name;
     }

@@ -89,6 +89,33 @@ TEST(MapFile, ANodeOfARealRoomGetsNoScene) {
   EXPECT_EQ(parse_map(load_map_node(file), file).scene, std::nullopt);
 }
 
+// Catches a common sigma that stays and hides that of a landmark, and a part of the map that gets lost.
+TEST(MapFile, WithOtherLandmarksAndAnotherSceneItIsTheSameMapElsewhere) {
+  const testing_support::TemporaryFolder folder;
+  const auto original = folder.write("theirs.map.yaml", "landmark_sigma_m: 0.009\n" + good_map_text());
+  Map changed = read_map(original);
+  changed.scene = "other.pov";
+  changed.landmarks.pop_back();
+  changed.landmarks[0].x_m = -1.0 / 3;
+  changed.landmarks[0].sigma = {.x_m = 0.1 / 3, .y_m = 0, .top_m = 0.002, .radius_m = 1e-5};
+  changed.landmarks.push_back(
+      {.name = "exact", .colour = {0, 0.2, 1}, .x_m = 1, .y_m = 2, .radius_m = 0.1, .top_m = 1});
+  const auto file = folder.path() / "deeper" / "new.map.yaml";
+  const std::string text = map_text(original, file, changed, {"Two\nlines."});
+  EXPECT_NE(text.find("# Two\n# lines.\n"), std::string::npos) << text;
+  const Map map = parse_map(parse_yaml(text, file), file);
+  EXPECT_EQ(map.scene, folder.path() / "deeper" / "other.pov");
+  EXPECT_EQ(map.landmarks, changed.landmarks);
+  EXPECT_TRUE(map.without_sigma.empty());
+  EXPECT_EQ(map.scene_paths, changed.scene_paths);
+  EXPECT_EQ(map.obstacles, changed.obstacles);
+  EXPECT_EQ(map.moving, changed.moving);
+  EXPECT_EQ(map.effects, changed.effects);
+  EXPECT_EQ(map.bounds, changed.bounds);
+  changed.landmarks[0].radius_m = -1;
+  EXPECT_THROW(static_cast<void>(map_text(original, file, changed, {})), FileError);
+}
+
 TEST(MapFile, ASceneInPlaceOfAMapIsRejected) {
   EXPECT_EQ(message_of([] { (void)read_map("rooms/x.pov"); }),
             "rooms/x.pov: is a POV-Ray scene; a map is wanted, a YAML file that names the scene: `scene: x.pov`");

@@ -43,9 +43,9 @@ std::string all_of(const drivers::CameraPart& part) {
   const auto& [width_px, height_px, rate_hz] = asked;
   const auto& [gain, full_well, read_noise, vignetting, defocus_px, exposure_time_s, readout_s, shutter_samples,
                distortion, focal_px, drop, late, stamp_late_s, colour_gain, flicker, jpeg_quality] = effects;
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", driver, width_px, height_px, rate_hz,
-                     antialias, gain, full_well, read_noise, vignetting, defocus_px, exposure_time_s, readout_s,
-                     shutter_samples, fmt::join(distortion, ","), focal_px, drop, late, stamp_late_s,
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", driver, width_px, height_px,
+                     rate_hz, antialias, gain, full_well, read_noise, vignetting, defocus_px, exposure_time_s,
+                     readout_s, shutter_samples, fmt::join(distortion, ","), focal_px, drop, late, stamp_late_s,
                      fmt::join(colour_gain, ","), flicker, jpeg_quality) +
          all_of(device);
 }

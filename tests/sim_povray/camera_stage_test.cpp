@@ -244,8 +244,8 @@ TEST(Flicker, OfARowIsTheMeanOverItsOwnExposure) {
                                 .shutter_samples = 2,
                                 .stamp_late_s = late_s,
                                 .flicker = kFlicker};
-    const Image image = developed(effects, {grey(1, kRows, 150), grey(1, kRows, 150)}, 7, "lower", 3,
-                                  std::chrono::milliseconds(317));
+    const Image image =
+        developed(effects, {grey(1, kRows, 150), grey(1, kRows, 150)}, 7, "lower", 3, std::chrono::milliseconds(317));
     for (int row = 0; row < kRows; ++row) {
       // The last row's shutter closes now, or as much earlier as the stamp is late.
       const double closed_s = kNow_s - late_s - readout_s * (kRows - 1 - row) / (kRows - 1);

@@ -194,7 +194,9 @@ TEST(EffectTable, NamesWhereEachIsRequiredAndSwitchedOff) {
   const SessionSettings session{.body = {.radius_m = 0.2, .wheels = {.slip = 0.01}}};
   const ViewSettings lower{"lower", 3, {.vignetting = 0.3, .colour_gain = {1.1, 1, 0.9}, .flicker = 0.05}};
   const ViewSettings upper{
-      "upper", 1, {.vignetting = 0.2, .exposure_time_s = 0.01, .shutter_samples = 5, .stamp_late_s = 0.02, .jpeg_quality = 85}};
+      "upper",
+      1,
+      {.vignetting = 0.2, .exposure_time_s = 0.01, .shutter_samples = 5, .stamp_late_s = 0.02, .jpeg_quality = 85}};
   const KeyPlaces places{{"map.effects.shadows", "m.yaml:7"},
                          {"effects.slip", "r.yaml:3"},
                          {"effects.camera.vignetting", "r.yaml:4"},

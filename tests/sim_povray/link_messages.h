@@ -22,8 +22,22 @@ inline std::vector<Message> sample_messages() {
                           .run_ahead_frames = 7};
   SessionSettings without_physics = session;
   without_physics.body.physics.reset();
-  const CameraEffects effects{1.1,   20000, 12,    0.3,  0.8, 0.011, 0.013, 9, {0.1, -0.2, 0.003, 0.004, 0.05},
-                              333.0, 0.015, 0.025, 0.035, {1.07, 0.96, 0.91}, 0.045, 83};
+  const CameraEffects effects{1.1,
+                              20000,
+                              12,
+                              0.3,
+                              0.8,
+                              0.011,
+                              0.013,
+                              9,
+                              {0.1, -0.2, 0.003, 0.004, 0.05},
+                              333.0,
+                              0.015,
+                              0.025,
+                              0.035,
+                              {1.07, 0.96, 0.91},
+                              0.045,
+                              83};
   const SessionState state{41, std::chrono::nanoseconds(2733), {0.1, 0.2, -0.3}, 4.5, 5.5, "landmark red"};
   return {Hello{kMagic + 1, kVersion + 6, "twocone 9.9"},
           Failed{ErrorCode::kTimeout, "robot.2 has not asked"},

@@ -61,7 +61,13 @@ void multiply_rows(Light& light, std::span<const float> gains);
 
 /// Purposes of a camera's random engines. The numbers are part of every result's seed: never reuse one. The numbers of
 /// the world's own engines are below 101.
-enum class CameraPurpose : std::uint32_t { kShotNoise = 101, kReadNoise = 102, kDrop = 103, kLate = 104, kFlicker = 105 };
+enum class CameraPurpose : std::uint32_t {
+  kShotNoise = 101,
+  kReadNoise = 102,
+  kDrop = 103,
+  kLate = 104,
+  kFlicker = 105
+};
 
 [[nodiscard]] std::mt19937_64 camera_engine(std::uint64_t seed, CameraPurpose purpose, std::string_view camera,
                                             std::uint64_t step);

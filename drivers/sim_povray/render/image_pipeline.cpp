@@ -45,7 +45,8 @@ class ImageAssembly {
     if (error_) return *error_;
     if (!changes_pixels(order_.effects)) return samples_.front();
     try {
-      return std::make_shared<const Image>(develop(order_.effects, samples_, order_.seed, order_.camera, order_.step, order_.now));
+      return std::make_shared<const Image>(
+          develop(order_.effects, samples_, order_.seed, order_.camera, order_.step, order_.now));
     } catch (const std::exception& e) {  // std::bad_alloc; shutter samples of different sizes would be a bug here
       return Error(ErrorCode::kUnavailable, "{}: {}", order_.label, e.what());
     }

@@ -50,7 +50,7 @@ struct ImageOrder {
   std::uint64_t seed = 0;  ///< of the camera's noise
   std::string camera;
   std::uint64_t step = 0;
-  std::chrono::nanoseconds now{0};                         ///< simulated time of the step
+  std::chrono::nanoseconds now{0};                       ///< simulated time of the step
   std::function<void(const RenderedImage&)> rendered{};  ///< SessionSettings::rendered
   std::function<void(const std::string& camera, std::uint64_t step, PixelTruth)> truth{};  ///< SessionSettings::truth
 };
