@@ -69,12 +69,12 @@ constexpr double kNarrowSigmas = 5;
 // Error of the top's position for a rim with a radius of one pixel; it falls with the square of the radius. Measured
 // without noise at radii of 4 and 8 pixels; no test repeats that measurement or fixes the value.
 constexpr double kCurvedError_px = 0.05;
-// Lower limits of the observed scatter over the expected one, of the arcs and of the sides. The stairs of rays on a
-// grid make neighbours differ in opposite directions, so the scatter along a side may be small. But light and
-// background move a whole side, and scatter along it does not show that: sides are not taken as better than the noise
-// model says. Tuned by hand on rendered images of the lab, where a limit of 0.25 for both leaves sigmas of the bearing
-// a sixth too small; no test fixes the two values.
-constexpr double kLeastArcScatter = 0.25;
+// Lower limits of the observed scatter over the expected one; the second is that of the sides in fine fits. The stairs
+// of rays on a grid make neighbours differ in opposite directions, so the scatter along a side may be small. But light
+// and background move a whole side, and scatter along it does not show that: sides are not taken as better than the
+// noise model says. Tuned by hand; on rendered images of the lab, a limit of 0.25 for both leaves sigmas of the bearing
+// a sixth too small. No test fixes the two values.
+constexpr double kLeastScatter = 0.25;
 constexpr double kLeastSideScatter = 1;
 // An outline whose scatter exceeds that of all outlines by this factor counts with its own scatter. Tuned by hand on
 // synthetic images; no test fixes it.
@@ -437,8 +437,9 @@ std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSea
       judged[i].is_occluded = !judged[i].sighting;
       continue;
     }
-    judged[i].sighting = sighting_of(fit, scatter(arc[stage], fit.arc_scores, kLeastArcScatter),
-                                     scatter(sides[stage], fit.side_scores, kLeastSideScatter));
+    judged[i].sighting =
+        sighting_of(fit, scatter(arc[stage], fit.arc_scores, kLeastScatter),
+                    scatter(sides[stage], fit.side_scores, looks[i]->is_fine ? kLeastSideScatter : kLeastScatter));
   }
   return judged;
 }
