@@ -192,7 +192,7 @@ class Reader {
         information += w * difference[k] * difference[k];
       }
       const float share = sum / information;
-      edge_samples.pixels.push_back({static_cast<float>(inside_px), share, 1 / information});
+      edge_samples.pixels.push_back({static_cast<float>(inside_px), share, 1 / information, table_.label(p) == label_});
       ++edge_sample.count;
       // The part of the colour that no mixture of the two colours explains.
       const float misfit = square / information - share * share;
@@ -312,6 +312,7 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
     const Eigen::Vector2d bulge = (4 * u * (1 - u) - 1 / (3 * length * length)) * a.bulge_px;
     Crossing c{};
     c.edge_sample.part = part_of(segment);
+    c.edge_sample.bend_px = static_cast<float>(a.bulge_px.dot(chord_normal) / (3 * length * length));
     c.is_row = is_row;
     c.line = line;
     c.inwards = chord_normal[cross_axis] > 0 ? -1 : 1;

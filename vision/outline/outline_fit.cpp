@@ -141,6 +141,8 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       fit.edges.residual += residual * residual;
       fit.edges.grey += grey_variance_of(s, p, inner);
       fit.edges.spread += inner * (1 - inner);
+      const double measured = std::clamp(double(p.coverage), 0.0, 1.0);
+      fit.edges.mixed += measured * (1 - measured);
     }
     Scores& scores = s.part == EdgeSample::kArc ? fit.arc_scores : fit.side_scores;
     scores.found += score * score + 2 * score * previous;

@@ -85,6 +85,7 @@ struct EdgePixel {
   float inside_px;  ///< signed distance of its centre to the outline, inside positive
   float coverage;   ///< measured: 0 background, 1 landmark; noise may take it beyond either
   float variance;   ///< of `coverage` for a noise of one grey level
+  bool has_hue;     ///< its hue is the landmark's
 };
 
 /// A place along the outline where it crosses one row or column of pixels.
@@ -97,6 +98,10 @@ struct EdgeSample {
   float by_bearing_pxprad;            ///< ... and bearing
   float width_px;                     ///< distance to the opposite side
   float inside_noise, outside_noise;  ///< variance of the landmark's and the background's colour, over that of a pixel
+  /// Distance by which the outline lies outside the straight edge that cuts a pixel into the same areas: its curvature,
+  /// 1/px, over kBends. EdgePixel::inside_px is the distance to the straight edge.
+  float bend_px;
+  static constexpr float kBends = 24;
   float doubt;       ///< variance of coverage because the background beside it differs from the one assumed
   int first, count;  ///< index of its first pixel, and their number
 };
@@ -161,6 +166,7 @@ struct EdgeStatistics {
   double residual = 0;       ///< sum over edge pixels of squared coverage residuals
   double grey = 0;           ///< sum over edge pixels of the coverage variance caused by a noise of one grey level
   double spread = 0;         ///< sum over edge pixels of c (1 - c)
+  double mixed = 0;          ///< the same sum of the measured coverages, limited to 0 to 1
   double blur = 1;           ///< width of the edges, in pixels
 };
 

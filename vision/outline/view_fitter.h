@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "vision/outline/finder.h"
+#include "vision/outline/one_ray.h"
 #include "vision/outline/outline_fit.h"
 #include "vision/ranging.h"
 
@@ -17,9 +18,12 @@ struct OutlineSearch {
   bool is_saturated = false;
   std::optional<OutlineFit> fit;  ///< the last fit: coarse, or fine where `is_fine`
   bool is_fine = false;
+  bool is_one_ray = false;  ///< the fine fit was made in an image whose pixels are one ray each
   /// The contribution of the coarse fit to the image's noise and blur. Empty for a landmark that was fitted with these
   /// values from the start.
   std::optional<EdgeStatistics> pool;
+  /// The posteriors of a fine fit in an image whose pixels are one ray each, where there are any.
+  std::optional<OneRayFits> one_ray;
 };
 
 /// The input and output of a fit of one landmark in one view.
@@ -68,6 +72,7 @@ class ViewFitter {
     PixelNoise noise;
     SampleReach reach;
     double blur_px;
+    bool is_one_ray = false;  ///< each pixel is one ray
   };
   [[nodiscard]] static std::optional<Common> common(const std::vector<const OutlineSearch*>& looks);
   /// Fits the whole outline, from the coarse fit.
