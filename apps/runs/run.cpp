@@ -219,8 +219,10 @@ class Loop {
     const auto fix = answers_.answer(*lower, *upper, record);
     if (!fix) return failed(fix.error());
     // The search takes as long as many frames, so that it is made once, where the rig may be the reason.
-    if (record_.frames() == 0 && (has_rim_warning_ || !is_place(*fix))) {
-      if (const auto warning = rig_warning(robot_, map_, *lower, *upper)) record_.note(*warning);
+    if (record_.frames() == 0 && (!rim_warnings_.empty() || !is_place(*fix))) {
+      // What the search finds holds the numbers of all that is wrong, and so of the rims.
+      if (const auto found = rig_warning(robot_, map_, *lower, *upper)) rim_warnings_ = {*found};
+      for (const std::string& warning : rim_warnings_) record_.note(warning);
     }
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
@@ -253,9 +255,12 @@ class Loop {
       if (!checked) return checked.error();
       if (*checked) record_.note(**checked);
     }
-    for (const std::string& warning : rim_warnings(robot_, lower, upper)) {
-      record_.note(warning);
-      has_rim_warning_ = has_rim_warning_ || warning.starts_with("warning");
+    for (const std::string& line : rim_warnings(robot_, lower, upper)) {
+      if (line.starts_with("warning")) {
+        rim_warnings_.push_back(line);
+      } else {
+        record_.note(line);
+      }
     }
     note_renderer();
     if (!record_.info().renderer.empty()) record_.write_yaml();  // resume() reads it
@@ -321,7 +326,7 @@ class Loop {
   RealTime real_time_{RealTime::Milliseconds(1e3 / robot_.lower.settings.rate_hz)};
   TruthCollector truth_;
   bool has_true_objects_ = false;
-  bool has_rim_warning_ = false;  ///< the first images show a rim elsewhere, or none
+  std::vector<std::string> rim_warnings_;  ///< the first images show a rim elsewhere, or none
   std::optional<FrameTaker> taker_;
   std::deque<TakenFrame> pending_;
   double clock_before_s_ = 0;  ///< host_t_s of the last stored frame of a resumed run

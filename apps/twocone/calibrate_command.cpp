@@ -110,6 +110,9 @@ std::optional<runlog::RunLock> lock_around(const std::filesystem::path& file) {
 }
 
 void calibrate_with(CalibrateArguments options) {
+  // Bad usage is refused before any file is read; the priors themselves follow from the robot file.
+  vision::CalibrationPriors checked;
+  for (const std::string& prior : options.priors) set_prior(prior, checked);
   // The names contain that of the robot file, because two calibrations may share a folder.
   const std::string stem = options.out.stem().string();
   if (options.json.empty()) options.json = options.out.parent_path() / (stem + ".calibration.json");

@@ -28,7 +28,7 @@ done
 # ---- look: where robot file, map and scene disagree is on standard output, and the exit status says whether they do
 gives 'look' 0 'wrote +.*look/above.svg$' "$twocone" look --robot "$small" --out "$work/look"
 gives 'look again' 1 'look/lower.png exists: --force' "$twocone" look --robot "$small" --out "$work/look"
-gives 'look at a start that touches' 1 '^ +1 .*start \(-2.200, -0.300\) is 0.[0-9]+ m from landmark red \(.*lab.map.yaml:13\)' \
+gives 'look at a start that touches' 1 '^ +1 .*start \(-2.200, -0.300\) is 0.[0-9]+ m from landmark red \(.*lab.map.yaml:14\)' \
   "$twocone" look --robot "$small" --set start.x_m=-2.2 --set start.y_m=-0.3 --out "$work/look" --force
 
 # ---- output that cannot be written

@@ -184,8 +184,8 @@ TEST_F(RunInTheLab, AWrongRigGivesAWarning) {
   const auto info = go(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/rim_off.yaml", "run", 1, "still");
   ASSERT_TRUE(info) << info.error().message;
   ASSERT_EQ(info->events.size(), 1U) << "only the lower rim is wrong: " << info->events.back();
-  EXPECT_NE(info->events[0].find("the lower mirror's rim is seen"), std::string::npos) << info->events[0];
-  EXPECT_NE(info->events[0].find("radius 59."), std::string::npos) << info->events[0];
+  EXPECT_NE(info->events[0].find("rig.lower.rim_radius_px 59."), std::string::npos) << info->events[0];
+  EXPECT_NE(info->events[0].find("run --self-rig"), std::string::npos) << info->events[0];
 }
 
 // Catches an empty folder after a failed start, which prevents the next start.
