@@ -76,9 +76,7 @@ std::vector<std::string> flaws_of(const AsBuilt& drawn) {
 /// Returns the robot's file, which names its map by `map`, a file in the same folder.
 std::string robot_text(config::Robot robot, const std::filesystem::path& file, const std::filesystem::path& map,
                        const std::vector<std::string>& lines) {
-  // A path in a changed key is relative to the plan's file, and is written relative to the new one.
-  const auto plan_folder = std::filesystem::absolute(robot.file).parent_path();
-  robot.changes.push_back({"map", std::filesystem::absolute(map).lexically_relative(plan_folder).string()});
+  robot.map = map;
   return config::robot_text(robot.file, file, robot, lines);
 }
 

@@ -185,7 +185,7 @@ std::vector<std::string> camera_names(const Robot& robot);
 Robot scaled(Robot robot, double k);
 
 /// Returns the text of a robot file that equals `original`, changed by `changed.changes`, except for the values in
-/// `changed` of: `rig:`, the two wheel
+/// `changed` of: `map`, `rig:` with its sigmas, the two wheel
 /// sizes, width_px, height_px, rate_hz, antialias and effects of the pair, `effects:` of the body, and `estimator:`.
 /// Additional cameras take the pair's rate. max_skew_s also follows it if `original` does not set this key.
 ///

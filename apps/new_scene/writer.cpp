@@ -108,8 +108,8 @@ void write_map(const Room& room, const RoomSettings& settings, const NewFiles& f
     file.print(", {}", quoted(std::filesystem::absolute(folder).lexically_normal()));
   }
   file.print("]\n# {}\nunit_m: {:.12g}\n", room.floor.why_unit, room.floor.unit_m);
-  file.print("bounds_m: {{x: [{:.3f}, {:.3f}], y: [{:.3f}, {:.3f}]}}\nlandmark_sigma_m: 0\nlandmarks:\n", room.bounds.min_x_m,
-             room.bounds.max_x_m, room.bounds.min_y_m, room.bounds.max_y_m);
+  file.print("bounds_m: {{x: [{:.3f}, {:.3f}], y: [{:.3f}, {:.3f}]}}\nlandmark_sigma_m: 0\nlandmarks:\n",
+             room.bounds.min_x_m, room.bounds.max_x_m, room.bounds.min_y_m, room.bounds.max_y_m);
   for (const FoundLandmark& found : room.landmarks) {
     const Landmark& l = found.landmark;
     file.print(

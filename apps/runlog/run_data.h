@@ -129,8 +129,8 @@ struct FixRow {
   std::optional<double> cov_x_heading_m_rad{}, cov_y_heading_m_rad{};
   /// Only for `weak`: the unit vector of (x m, y m, heading rad) along which the covariance gives no information.
   std::optional<double> unseen_x{}, unseen_y{}, unseen_heading{};
-  /// The part of the covariance that the images' noise causes. It averages away over frames; the rest comes from map and
-  /// rig and does not.
+  /// The part of the covariance that the images' noise causes. It averages away over frames; the rest comes from map
+  /// and rig and does not.
   std::optional<double> own_var_x_m2{}, own_cov_xy_m2{}, own_var_y_m2{}, own_var_heading_rad2{};
 };
 

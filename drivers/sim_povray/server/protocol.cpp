@@ -41,8 +41,8 @@ auto fields(SessionSettings& settings) {
 }
 auto fields(CameraEffects& effects) {
   auto& [gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s,
-         shutter_samples, distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s, colour_gain,
-         flicker, jpeg_quality] = effects;
+         shutter_samples, distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s,
+         colour_gain, flicker, jpeg_quality] = effects;
   return std::tie(gain, full_well_electrons, read_noise_electrons, vignetting, defocus_px, exposure_time_s, readout_s,
                   shutter_samples, distortion, distortion_focal_px, drop_probability, late_probability, stamp_late_s,
                   colour_gain, flicker, jpeg_quality);
