@@ -214,7 +214,7 @@ class RigSearch {
   Sightings& sightings(Side camera) { return sightings_[std::size_t(camera)]; }
   static Side other(Side side) { return side == Side::kLower ? Side::kUpper : Side::kLower; }
 
-  std::vector<cv::Mat> images(Side camera) const {
+  [[nodiscard]] std::vector<cv::Mat> images(Side camera) const {
     std::vector<cv::Mat> images;
     for (const SelfRigFrame& frame : problem_.frames) {
       const cv::Mat& image = of_view(frame, camera);
@@ -223,7 +223,7 @@ class RigSearch {
     return images;
   }
 
-  Sightings sighted(Side camera, const RimCircle& circle) const {
+  [[nodiscard]] Sightings sighted(Side camera, const RimCircle& circle) const {
     Sightings all;
     for (const SelfRigFrame& frame : problem_.frames) {
       const cv::Mat& image = of_view(frame, camera);
@@ -304,6 +304,7 @@ class RigSearch {
     constexpr double kShared = 3;
     const double median = base::median(logs);
     std::vector<double> off;
+    off.reserve(logs.size());
     for (const double value : logs) off.push_back(std::abs(value - median));
     const double scatter = 1.4826 * base::median(std::move(off));
     result.range_scale = std::exp(-median);
@@ -350,10 +351,10 @@ class RigSearch {
       }
     }
   }
-  const CameraFit& fit_of(Side camera, const Guess& guess) const {
+  [[nodiscard]] const CameraFit& fit_of(Side camera, const Guess& guess) const {
     return fits_[std::size_t(camera)][guess.mirrored][std::size_t(guess.mirror)];
   }
-  const CameraFit& best_fit(Side camera) const {
+  [[nodiscard]] const CameraFit& best_fit(Side camera) const {
     const CameraFit* best = &fit_of(camera, {false, camera});
     for (const Guess guess : {Guess{true, camera}, Guess{false, other(camera)}, Guess{true, other(camera)}}) {
       if (fit_of(camera, guess).fitted > best->fitted) best = &fit_of(camera, guess);
@@ -375,7 +376,7 @@ class RigSearch {
     const ConeMirror& cone = of_view(problem_.rig, mirror).settings().cone;
     return (cone.lens_to_tip_m / cone.rim_radius_m + 1 / std::tan(cone.apex_rad / 2)) * view(camera).circle->radius_px;
   }
-  double tip_m(Side mirror) const { return of_view(problem_.rig, mirror).tip_m().z(); }
+  [[nodiscard]] double tip_m(Side mirror) const { return of_view(problem_.rig, mirror).tip_m().z(); }
 
   void decide_exchanged() {
     Decision& exchanged = found_.exchanged;
@@ -401,6 +402,7 @@ class RigSearch {
     expected /= double(logs.size());
     const double median = base::median(logs);
     std::vector<double> off;
+    off.reserve(logs.size());
     for (const double value : logs) off.push_back(std::abs(value - median));
     const auto radius_share = [&](Side camera) {
       return view(camera).is_circle_believed && view(camera).range_scale <= 0 ? kBelievedRadiusShare
@@ -424,7 +426,9 @@ class RigSearch {
     return &*first == &sighting;
   }
 
-  Side mirror_of(Side camera) const { return found_.exchanged.value.value_or(false) ? other(camera) : camera; }
+  [[nodiscard]] Side mirror_of(Side camera) const {
+    return found_.exchanged.value.value_or(false) ? other(camera) : camera;
+  }
 
   void decide_mirrored(Side camera) {
     SelfView& v = view(camera);
@@ -535,6 +539,7 @@ class RigSearch {
       }
       if (weight <= 0 || std::abs(sum) < weight / 2) return;  // they point everywhere
       middle = std::arg(sum);
+      off.reserve(directions.size());
       for (const Complex& direction : directions) off.push_back(std::abs(std::arg(direction * unit(-middle))));
       sigma = 1.4826 * base::median(std::move(off));
       // Landmarks and frames share errors of tilts and centres: a tenth of them counts.
