@@ -33,6 +33,7 @@ Value value_of(const nlohmann::json& belief, const char* key, const std::filesys
 
 std::vector<std::string> belief_names(const Map& map) {
   std::vector<std::string> names;
+  names.reserve(vision::kRigNumbers + vision::kLandmarkNumbers * map.landmarks.size() + kWheelNames.size());
   for (int i = 0; i < vision::kRigNumbers; ++i) names.push_back(vision::rig_number_name(i));
   for (const Landmark& landmark : map.landmarks) {
     for (const char* number : {"x_m", "y_m", "top_m", "radius_m"}) {

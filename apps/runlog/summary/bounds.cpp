@@ -118,6 +118,7 @@ std::vector<FrameBound> bounds(const RunData& run) {
         rig, targets, places_m, pose,
         [&](const std::string& landmark, const std::string& view) { return noise.find(bound.frame, landmark, view); });
     std::vector<Eigen::Matrix2d> of_both;
+    of_both.reserve(information.size());
     for (const auto& [lower, upper] : information) of_both.emplace_back(lower + upper);
     std::transform(of_both.begin(), of_both.end(), bound.landmarks.begin(), bound_of);
     bound.covariance = localisation::pose_bound(pose, places_m, of_both);
