@@ -272,9 +272,9 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
   for (const runlog::RunData& run : runs) {
     // Runs in one room share its landmarks, which may be elsewhere than their map says.
     const auto& own = run.map.landmarks;
-    const auto same = std::ranges::search(chosen.landmarks, own);
-    const auto first_landmark = std::size_t(same.begin() - chosen.landmarks.begin());
-    if (same.empty()) chosen.landmarks.insert(chosen.landmarks.end(), own.begin(), own.end());
+    const auto same = std::search(chosen.landmarks.begin(), chosen.landmarks.end(), own.begin(), own.end());
+    const auto first_landmark = std::size_t(same - chosen.landmarks.begin());
+    if (same == chosen.landmarks.end()) chosen.landmarks.insert(chosen.landmarks.end(), own.begin(), own.end());
     const std::size_t available = run.frames.size();
     const std::size_t share = std::size_t(count) * available / std::max<std::size_t>(1, all);
     std::optional<std::size_t> last;
