@@ -436,13 +436,13 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                 .problem = problem,
                 .found = start.found,
                 .replaced = start.replaced,
-                .exchanged = start.exchanged,
                 .before = before,
                 .after = before,
                 .rig = start.robot.rig,
                 .drive = robot.drive,
                 .slip = wheels.slip,
                 .distortion_sigma = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig)).distortion,
+                .exchanged = start.exchanged,
                 .has_one_map = chosen.landmarks.size() == runs.front().map.landmarks.size()};
   measure_circles(chosen, before, report.circles);
   problem.lower_rim = report.circles[0].rim;
