@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace twocone::base {
@@ -26,6 +27,13 @@ T median(std::vector<T> values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// Returns the standard deviation of the Gaussian whose distances from its middle have the median of these: a few wild
+/// ones hardly change it. `distances` is not empty, and none is below 0.
+inline double robust_sigma(std::vector<double> distances) {
+  constexpr double kSigmasPerMedian = 1.4826;  // 1 / Phi^-1(3 / 4)
+  return kSigmasPerMedian * median(std::move(distances));
 }
 
 }  // namespace twocone::base

@@ -3,6 +3,8 @@
 
 #include <optional>
 
+#include <Eigen/Geometry>
+
 #include "base/plane.h"
 
 namespace twocone::localisation {
@@ -10,6 +12,11 @@ namespace twocone::localisation {
 /// The pose of the body. Headings are wrapped by wrap_angle_rad().
 using Pose = Pose2;
 using base::wrap_angle_rad;
+
+/// Converts a point from the world frame to the frame of a body at `pose`.
+inline Eigen::Vector2d in_body(const Pose& pose, const Eigen::Vector2d& place_m) {
+  return Eigen::Rotation2Dd(-pose.heading_rad) * (place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
+}
 
 /// Returns `pose` after the wheels' contact points have moved by `left_m` and `right_m` along one exact arc (class
 /// Odometry), with `separation_m` between them, > 0. The result is not finite where the distance exceeds the range of

@@ -47,9 +47,6 @@ constexpr double kSearchFine_px = 2.5;
 constexpr double kConcentric = 0.06;
 constexpr double kRingShare = 0.35;
 constexpr double kAsGood = 0.75;
-// The tip is searched within a sixth of the rim's radius, because farther out a tilt bends the lines.
-constexpr double kTipReach = 1.0 / 6;
-constexpr double kLeastTipReach_px = 20;
 // Share of upright edges. kUprightByChance is 0.16; tests/vision/mirror_search_test.cpp has rooms and other images.
 constexpr double kLeastUpright = 0.3;
 
@@ -372,7 +369,7 @@ MirrorSearch find_mirror(std::span<const cv::Mat> images) {
   found.rim = circles.front().rim;
   found.upright_share = circles.front().upright_share;
   for (std::size_t i = 1; i < circles.size(); ++i) found.others.push_back(circles[i].rim);
-  found.tip = measure_tip(chosen, found.rim->centre_px, std::max(kLeastTipReach_px, kTipReach * found.rim->radius_px));
+  found.tip = measure_tip(chosen, found.rim->centre_px, tip_reach_px(found.rim->radius_px));
   return found;
 }
 

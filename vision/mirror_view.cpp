@@ -129,13 +129,17 @@ std::optional<Eigen::Vector2d> Lens::undistort(const Eigen::Vector2d& pixel) con
   return std::nullopt;
 }
 
+double focal_length_px(const ConeMirror& cone, double rim_radius_px) {
+  return (cone.lens_to_tip_m / cone.rim_radius_m + 1 / std::tan(cone.apex_rad / 2)) * rim_radius_px;
+}
+
 MirrorView::MirrorView(const MirrorViewSettings& settings) : settings_(settings) {
   check(settings);
   const ConeMirror& cone = settings.cone;
   sin_apex_ = std::sin(cone.apex_rad);
   cos_apex_ = std::cos(cone.apex_rad);
   tan_half_ = std::tan(cone.apex_rad / 2);
-  focal_length_px_ = (cone.lens_to_tip_m / cone.rim_radius_m + 1 / tan_half_) * settings.rim_radius_px;
+  focal_length_px_ = vision::focal_length_px(cone, settings.rim_radius_px);
   cos_azimuth_ = std::cos(settings.azimuth_rad);
   sin_azimuth_ = std::sin(settings.azimuth_rad);
   if (settings.distortion) {

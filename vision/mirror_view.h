@@ -72,6 +72,10 @@ struct ConeMirror {
   double lens_to_tip_m = 0;                ///< d, > 0
 };
 
+/// Returns v = (d / R + cot(apex / 2)) r_m, the focal length of the mirror's image in pixels (equation 2 of
+/// MirrorView).
+double focal_length_px(const ConeMirror& cone, double rim_radius_px);
+
 /// One mirror in one image. Mirror and camera are one unit on one axis; the unit may be offset from the body's axis and
 /// tilted.
 struct MirrorViewSettings {

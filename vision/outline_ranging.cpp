@@ -63,13 +63,12 @@ std::string_view to_string(Stage stage) {
 struct OutlineRanging::Impl {
   Impl(const Rig& the_rig, const std::vector<Landmark>& all, cv::Size lower_size, cv::Size upper_size,
        const std::vector<std::size_t>& which, const BeliefErrors& errors)
-      : rig(the_rig),
-        belief(the_rig, errors.rig),
+      : belief(the_rig, errors.rig),
         by_shared(errors.landmarks.empty() ? std::vector<BySharedErrors<kLandmarkNumbers>>(all.size())
                                            : errors.landmarks),
         targets(all),
         table(colours_of(all)),
-        views{ViewFitter(rig.lower, lower_size, table), ViewFitter(rig.upper, upper_size, table)},
+        views{ViewFitter(belief.rig().lower, lower_size, table), ViewFitter(belief.rig().upper, upper_size, table)},
         wanted(all.size(), which.empty()) {
     check(targets, lower_size, upper_size);
     if (by_shared.size() != targets.size()) {
@@ -78,7 +77,7 @@ struct OutlineRanging::Impl {
     }
     for (const std::size_t k : which) wanted.at(k) = true;
     for (const Landmark& target : targets) {
-      least_px.push_back({least_area_px(rig.lower, target), least_area_px(rig.upper, target)});
+      least_px.push_back({least_area_px(belief.rig().lower, target), least_area_px(belief.rig().upper, target)});
     }
   }
 
@@ -89,7 +88,6 @@ struct OutlineRanging::Impl {
   }
   [[nodiscard]] bool is_exact(std::size_t k) const { return belief.is_exact() && by_shared[k].cols() == 0; }
 
-  Rig rig;
   UncertainRig belief;
   std::vector<BySharedErrors<kLandmarkNumbers>> by_shared;  ///< of each target
   std::vector<Landmark> targets;

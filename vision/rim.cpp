@@ -275,7 +275,7 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
     std::vector<double> off;
     off.reserve(edges.size());
     for (const Edge& e : edges) off.push_back(std::abs(e.radius_px - circle->radius_px));
-    const double scale = std::max(0.02, 1.4826 * base::median(std::move(off)));
+    const double scale = std::max(0.02, base::robust_sigma(std::move(off)));
     normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     double squares = 0;

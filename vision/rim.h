@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 
@@ -72,6 +73,10 @@ std::optional<RimMeasurement> measure_rim(const cv::Mat& rgb, const RimCircle& e
 constexpr double kLeastRimSigma_px = 0.05;
 
 constexpr double kLeastTipSigma_px = 0.1;
+
+/// Returns how far from its expected place the tip of a mirror is searched: a sixth of the rim's radius, because
+/// farther out a tilt bends the lines, and 20 px at the least.
+inline double tip_reach_px(double rim_radius_px) { return std::max(20.0, rim_radius_px / 6); }
 
 /// The position of the mirror's tip in the image.
 struct TipMeasurement {

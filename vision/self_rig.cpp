@@ -3,30 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
 
-#include <Eigen/Dense>
-
 #include "base/quantile.h"
 #include "vision/outline/finder.h"
+#include "vision/self_rig/image_pose.h"
 
 namespace twocone::vision {
 namespace {
 
-using Complex = std::complex<double>;
-
 constexpr std::size_t kRegions = 2;  // of one colour: another object of that colour may be larger than the landmark
-constexpr std::size_t kLeastLandmarks = 3;
-// A camera that is tilted by 2 degrees moves tops by 25 px, which is a third of a range at the usual radii of 80 px.
-// Bearings are off by a few degrees, and by more where the circle's middle is wrong.
-constexpr double kBearingLimit_rad = 0.2;
-constexpr double kLogRangeLimit = 0.45;
-constexpr double kBearingSigma_rad = 0.03;
-constexpr double kLogRangeSigma = 0.2;
-constexpr int kPoseIterations = 8;
 // By chance a further landmark agrees with a wrong pose with a probability of 2 kBearingLimit_rad / 2 pi: 0.06. Two
 // more landmarks in agreement than the other answer explains happen by chance once in 250.
 constexpr double kLeastSurplus = 2;
@@ -34,7 +22,7 @@ constexpr double kSurplusSigmas = 1.5;  // of one landmark, for the report: 0.06
 constexpr double kDecided = 3;          // sigmas
 // A radius of the rim that is found is good to a per cent, also where d / R is off by a ruler's millimetre.
 constexpr double kFoundRadiusShare = 0.02;
-constexpr double kBelievedRadiusShare = 0.2;  // vision/calibration.h, CalibrationPriors::rim_share
+constexpr double kBelievedRadiusShare = CalibrationPriors{}.rim_share;
 // Both cameras show one mirror if the disparity is nearer to that of one mirror than this share of what the map needs.
 constexpr double kSameMirror = 0.3;
 // Position of one view's pose, and relative error of a turn by the wheels (5 % of separation or radius).
@@ -47,139 +35,14 @@ constexpr double kMostAzimuthSigma_rad = 0.15;
 // Without a tip nothing shows it.
 constexpr double kUncheckedCentreSigma_px = 1;
 
-double wrap(double rad) { return base::wrap_angle_rad(rad); }
-Complex unit(double rad) { return std::polar(1.0, rad); }
-
-/// A landmark's sighting with the range that one mirror gives.
-struct Ranged {
-  std::size_t landmark;
-  double angle_rad;  ///< counter-clockwise as bearings: negated where the image is mirrored
-  double range_m;    ///< to the axis; 0: not known
-};
-
-/// Pose of the image's x axis in the world.
-struct ImagePose {
-  Complex place_m;
-  double heading_rad = 0;
-  std::vector<std::size_t> fitted;  ///< indices into the frame's sightings
-  double mean_log_scale = 0;        ///< of measured ranges over those of the pose
-};
-
-/// The answers that are tried for one camera.
-struct Guess {
-  bool mirrored = false;
-  Side mirror = Side::kLower;  ///< the one that it shows
-};
-
-Complex place_of(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
-
-/// Returns the sightings of a frame as the guess reads them.
-std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const Guess& guess, const Rig& rig,
-                           double rim_px, const std::vector<Landmark>& landmarks) {
-  const MirrorView& view = of_view(rig, guess.mirror);
-  const ConeMirror& cone = view.settings().cone;
-  const double half = cone.apex_rad / 2;
-  const double focal_px = (cone.lens_to_tip_m / cone.rim_radius_m + 1 / std::tan(half)) * rim_px;
-  std::vector<Ranged> result;
-  for (const ColourSighting& s : sightings) {
-    const Landmark& landmark = landmarks[s.landmark];
-    // The inverse of MirrorView's h: with u = rho - V_rho and w = z - V_z, h (c w + s u) = v (s w - c u).
-    const double sine = std::sin(cone.apex_rad);
-    const double cosine = std::cos(cone.apex_rad);
-    const double w = landmark.top_m - view.settings().lens_height_m - cone.lens_to_tip_m * (1 - cosine);
-    const double u = w * (focal_px * sine - s.top_px * cosine) / (s.top_px * sine + focal_px * cosine);
-    const double near_m = u - cone.lens_to_tip_m * sine;
-    const double range_m = !s.at_rim && near_m > 0 ? near_m + landmark.radius_m : 0;
-    result.push_back({s.landmark, guess.mirrored ? -s.angle_rad : s.angle_rad, range_m});
-  }
-  return result;
-}
-
-/// Finds the sightings that agree with a pose: of each landmark the nearest in direction.
-void find_fitted(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks, ImagePose& pose) {
-  pose.fitted.clear();
-  double log_scales = 0;
-  int scales = 0;
-  std::vector<double> best(landmarks.size(), kBearingLimit_rad);
-  std::vector<std::size_t> which(landmarks.size(), sightings.size());
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const Ranged& s = sightings[i];
-    const Complex towards = (place_of(landmarks[s.landmark]) - pose.place_m) * unit(-pose.heading_rad);
-    const double off_rad = std::abs(wrap(std::arg(towards) - s.angle_rad));
-    if (off_rad >= best[s.landmark]) continue;
-    if (s.range_m > 0 && std::abs(std::log(s.range_m / std::abs(towards))) > kLogRangeLimit) continue;
-    best[s.landmark] = off_rad;
-    which[s.landmark] = i;
-  }
-  for (const std::size_t i : which) {
-    if (i == sightings.size()) continue;
-    pose.fitted.push_back(i);
-    const Ranged& s = sightings[i];
-    if (s.range_m <= 0) continue;
-    log_scales += std::log(s.range_m / std::abs(place_of(landmarks[s.landmark]) - pose.place_m));
-    ++scales;
-  }
-  pose.mean_log_scale = scales > 0 ? log_scales / scales : 0;
-}
-
-/// Moves the pose to the least squares of directions and logarithms of ranges.
-void refine(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks, ImagePose& pose) {
-  for (int iteration = 0; iteration < kPoseIterations; ++iteration) {
-    Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    const auto add = [&](const Eigen::Vector3d& row, double residual, double sigma) {
-      normal += row * row.transpose() / (sigma * sigma);
-      right += row * residual / (sigma * sigma);
-    };
-    for (const std::size_t i : pose.fitted) {
-      const Ranged& s = sightings[i];
-      const Complex towards = place_of(landmarks[s.landmark]) - pose.place_m;
-      const double square = std::max(std::norm(towards), 1e-6);
-      const double off_rad = wrap(s.angle_rad - (std::arg(towards) - pose.heading_rad));
-      add({towards.imag() / square, -towards.real() / square, -1}, off_rad, kBearingSigma_rad);
-      if (s.range_m <= 0) continue;
-      // The common scale is the rim's radius, which is not this pose's business.
-      add({-towards.real() / square, -towards.imag() / square, 0},
-          std::log(s.range_m) - std::log(square) / 2 - pose.mean_log_scale, kLogRangeSigma);
-    }
-    const Eigen::Vector3d step = normal.ldlt().solve(right);
-    if (!step.allFinite()) return;
-    pose.place_m += Complex(step.x(), step.y());
-    pose.heading_rad = wrap(pose.heading_rad + step.z());
-    if (step.norm() < 1e-9) break;
-  }
-}
-
-/// Returns the pose with which most sightings agree; nothing if fewer than three do.
-std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks) {
-  std::optional<ImagePose> best;
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    for (std::size_t j = i + 1; j < sightings.size(); ++j) {
-      const Ranged &a = sightings[i], &b = sightings[j];
-      if (a.landmark == b.landmark || a.range_m <= 0 || b.range_m <= 0) continue;
-      const Complex seen_a = std::polar(a.range_m, a.angle_rad);
-      const Complex seen_b = std::polar(b.range_m, b.angle_rad);
-      const Complex map_a = place_of(landmarks[a.landmark]);
-      const Complex map_b = place_of(landmarks[b.landmark]);
-      ImagePose pose;
-      pose.heading_rad = wrap(std::arg(map_b - map_a) - std::arg(seen_b - seen_a));
-      pose.place_m = (map_a + map_b - (seen_a + seen_b) * unit(pose.heading_rad)) / 2.0;
-      find_fitted(sightings, landmarks, pose);
-      if (best && pose.fitted.size() <= best->fitted.size()) continue;
-      best = std::move(pose);
-    }
-  }
-  if (!best || best->fitted.size() < kLeastLandmarks) return std::nullopt;
-  refine(sightings, landmarks, *best);
-  const ImagePose before = *best;
-  find_fitted(sightings, landmarks, *best);
-  if (best->fitted.size() < kLeastLandmarks) return before;
-  refine(sightings, landmarks, *best);
-  return best;
-}
-
 using Sightings = std::vector<std::vector<ColourSighting>>;  // frame by frame
 using Poses = std::vector<std::optional<ImagePose>>;
+
+/// Returns the standard deviation of values about their median, by base::robust_sigma().
+double scatter_about(double median, std::vector<double> values) {
+  for (double& value : values) value = std::abs(value - median);
+  return base::robust_sigma(std::move(values));
+}
 
 /// The fit of all frames of one camera.
 struct CameraFit {
@@ -272,7 +135,7 @@ class RigSearch {
       const MirrorViewSettings& believed = of_view(problem_.rig, camera).settings();
       const Eigen::Vector2d centre_px =
           of_view(problem_.rig, camera).distort_px(believed.centre_px).value_or(believed.centre_px);
-      constexpr double kBelievedCentre_px = 20;  // vision/calibration.h, CalibrationPriors::centre_px
+      constexpr double kBelievedCentre_px = CalibrationPriors{}.centre_px;
       v.is_circle_believed = true;
       take_circle(camera, {centre_px, believed.rim_radius_px, kBelievedCentre_px,
                            kBelievedRadiusShare * believed.rim_radius_px, 0, 0});
@@ -303,10 +166,7 @@ class RigSearch {
     // The frames of a drive share their errors in part: their scatter is taken as that of the mean of three.
     constexpr double kShared = 3;
     const double median = base::median(logs);
-    std::vector<double> off;
-    off.reserve(logs.size());
-    for (const double value : logs) off.push_back(std::abs(value - median));
-    const double scatter = 1.4826 * base::median(std::move(off));
+    const double scatter = scatter_about(median, logs);
     result.range_scale = std::exp(-median);
     result.sigma_range_scale =
         result.range_scale * std::max(kFoundRadiusShare, std::max(scatter, logs.size() < 3 ? kLogRangeSigma : 0.0) /
@@ -365,7 +225,7 @@ class RigSearch {
   /// Returns why one camera has nothing to say, or kNothing.
   NotFound reason_of(Side camera) {
     if (view(camera).is_blind()) return NotFound::kNoMirror;
-    return view(camera).landmarks < kLeastLandmarks ? NotFound::kNoLandmarks : NotFound::kNothing;
+    return view(camera).landmarks < kLeastRigLandmarks ? NotFound::kNoLandmarks : NotFound::kNothing;
   }
   NotFound reason_of_both() {
     const NotFound lower = reason_of(Side::kLower);
@@ -373,8 +233,7 @@ class RigSearch {
   }
 
   double focal_px(Side camera, Side mirror) {
-    const ConeMirror& cone = of_view(problem_.rig, mirror).settings().cone;
-    return (cone.lens_to_tip_m / cone.rim_radius_m + 1 / std::tan(cone.apex_rad / 2)) * view(camera).circle->radius_px;
+    return focal_length_px(of_view(problem_.rig, mirror).settings().cone, view(camera).circle->radius_px);
   }
   [[nodiscard]] double tip_m(Side mirror) const { return of_view(problem_.rig, mirror).tip_m().z(); }
 
@@ -401,14 +260,11 @@ class RigSearch {
     if (logs.empty()) return;
     expected /= double(logs.size());
     const double median = base::median(logs);
-    std::vector<double> off;
-    off.reserve(logs.size());
-    for (const double value : logs) off.push_back(std::abs(value - median));
     const auto radius_share = [&](Side camera) {
       return view(camera).is_circle_believed && view(camera).range_scale <= 0 ? kBelievedRadiusShare
                                                                               : kFoundRadiusShare;
     };
-    const double scatter = std::max(1.4826 * base::median(std::move(off)), 0.02);
+    const double scatter = std::max(scatter_about(median, logs), 0.02);
     const double sigma = std::hypot(scatter / std::sqrt(double(logs.size())),
                                     std::hypot(radius_share(Side::kLower), radius_share(Side::kUpper)));
     // In the middle between the two answers is what two cameras of one mirror show.
@@ -541,13 +397,13 @@ class RigSearch {
       middle = std::arg(sum);
       off.reserve(directions.size());
       for (const Complex& direction : directions) off.push_back(std::abs(std::arg(direction * unit(-middle))));
-      sigma = 1.4826 * base::median(std::move(off));
+      sigma = base::robust_sigma(std::move(off));
       // Landmarks and frames share errors of tilts and centres: a tenth of them counts.
       constexpr double kIndependent = 0.1;
       const double count = std::max(1.0, kIndependent * weight * weight / squares);
       angle.sigma_rad = std::max(kLeastAzimuthSigma_rad, sigma / std::sqrt(count));
     }
-    angle.rad = wrap(middle);
+    angle.rad = base::wrap_angle_rad(middle);
     angle.reason = NotFound::kNothing;
   }
 

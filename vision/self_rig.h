@@ -29,6 +29,9 @@ struct ColourSighting {
   bool at_rim = false;  ///< the rim cuts it: `top_px` is a lower bound
 };
 
+/// Landmarks in agreement below which no pose is found.
+constexpr std::size_t kLeastRigLandmarks = 3;
+
 /// Finds the landmarks' colours within an approximate circle. Up to two regions of each colour are given, the larger
 /// first.
 /// @param circle in the camera's image. @param lens undistorts the places; of the view nothing else is used

@@ -230,12 +230,10 @@ void draw_unmodelled(const Draws& draws, const Unmodelled& u, AsBuilt& drawn) {
   }
   const std::vector<double> colour{1 + draws.within("colour.red", u.colour), 1,
                                    1 + draws.within("colour.blue", u.colour)};
-  for (config::Robot* robot : {&drawn.built, &drawn.believed}) {
-    for (drivers::CameraPart* camera : {&robot->lower, &robot->upper}) {
-      camera->effects.colour_gain = colour;
-      camera->effects.flicker = u.flicker;
-      camera->effects.jpeg_quality = u.jpeg_quality;
-    }
+  for (drivers::CameraPart* camera : {&drawn.built.lower, &drawn.built.upper}) {
+    camera->effects.colour_gain = colour;
+    camera->effects.flicker = u.flicker;
+    camera->effects.jpeg_quality = u.jpeg_quality;
   }
 }
 
@@ -249,11 +247,11 @@ AsBuilt draw(const config::Robot& plan, const config::Map& map, std::uint64_t se
   drawn.seed = seed;
   draw_robot(draws, plan, tolerances, drawn);
   draw_landmarks(draws, map, tolerances, drawn);
+  drawn.landmarks.resize(map.landmarks.size());
+  if (unmodelled) draw_unmodelled(draws, *unmodelled, drawn);
   drawn.believed.effects = drawn.built.effects;
   drawn.believed.lower.effects = drawn.built.lower.effects;
   drawn.believed.upper.effects = drawn.built.upper.effects;
-  drawn.landmarks.resize(map.landmarks.size());
-  if (unmodelled) draw_unmodelled(draws, *unmodelled, drawn);
   static_cast<void>(config::to_rig(drawn.built));  // throws for a rig that cannot be
   return drawn;
 }

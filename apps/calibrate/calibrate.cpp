@@ -29,8 +29,6 @@ constexpr double kSettled = 0.3;
 constexpr int kRoughShare = 3;
 constexpr int kFewestRoughFrames = 20;
 constexpr double kRoughlySettled = 1;
-// The tip is searched within a sixth of the rim's radius, because farther out a tilt bends the lines.
-constexpr double kTipReach = 1.0 / 6;
 
 std::optional<Error> refusal(const std::vector<runlog::RunData>& runs, const config::Robot& robot) {
   for (const runlog::RunData& run : runs) {
@@ -206,7 +204,7 @@ void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::ar
     ViewCircles& found = circles[std::size_t(side)];
     found.rim = vision::measure_rim(vision::median_image(images), {view.centre_px, view.rim_radius_px, 0});
     found.tip = vision::measure_tip(images, found.rim ? found.rim->centre_px : view.centre_px,
-                                    std::max(20.0, kTipReach * view.rim_radius_px));
+                                    vision::tip_reach_px(view.rim_radius_px));
   }
 }
 
@@ -372,8 +370,6 @@ Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot,
   estimation::SelfRigAnswer answer = estimation::compare_with_file(robot, *start.found, problem);
   start.replaced = std::move(answer.differences);
   start.robot.rig = std::move(answer.rig);
-  // The covariance of an earlier calibration is that of the numbers which are replaced.
-  if (!start.replaced.empty()) start.robot.rig.calibration.clear();
   start.exchanged = *start.found->exchanged.value;
   if (start.exchanged) std::swap(start.robot.lower, start.robot.upper);
   // One prior counts for both views, so that it is that of the view which is known less.

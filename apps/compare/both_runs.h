@@ -99,9 +99,6 @@ void locate(Side& side);
 /// Computes the residuals of all frames. @throws config::FileError as TableReader
 Residuals residuals_of(const Side& side);
 
-/// Converts a point from the world frame to the body frame.
-Eigen::Vector2d in_body(const runlog::PoseRow& pose, const Eigen::Vector2d& place_m);
-
 localisation::Pose pose_of(const runlog::PoseRow& row);
 
 /// Returns the pose of a fix with verdict kOk, position and heading; otherwise nothing.

@@ -71,7 +71,7 @@ struct HeldOutFrame {
     std::vector<vision::RangeMeasurement> measured(ranges.size());
     for (std::size_t k = 0; k < ranges.size(); ++k) {
       if (!ranges[k].range_m) continue;
-      const Eigen::Vector2d to_m = in_body(reference, landmarks_m[k]);
+      const Eigen::Vector2d to_m = localisation::in_body(pose_of(reference), landmarks_m[k]);
       const Seen lower = in_time_but(nullptr, vision::Side::kLower, ranges[k].lower_sighting, to_m, targets[k]);
       const Seen upper = in_time_but(nullptr, vision::Side::kUpper, ranges[k].upper_sighting, to_m, targets[k]);
       measured[k] = range_under(real.found, lower, upper, targets[k]);
@@ -82,7 +82,7 @@ struct HeldOutFrame {
   [[nodiscard]] std::optional<HeldOutRange> range_of(const vision::RangeMeasurement& m, const Landmark& target,
                                                      const Eigen::Vector2d& landmark_m) const {
     if (!m.range_m || !m.sigma_range_m) return std::nullopt;
-    const Eigen::Vector2d to_m = in_body(reference, landmark_m);
+    const Eigen::Vector2d to_m = localisation::in_body(pose_of(reference), landmark_m);
     const Seen &lower = m.lower_sighting, &upper = m.upper_sighting;
     const auto by = [&](const vision::Rig& rig, const Source* left_as_it_is) {
       return triangulated(rig, in_time_but(left_as_it_is, vision::Side::kLower, lower, to_m, target),

@@ -225,10 +225,6 @@ void calibrate_side(Side& side, int frames, const std::function<void(double)>& p
   side.found = side.calibration->after;
 }
 
-Eigen::Vector2d in_body(const runlog::PoseRow& pose, const Eigen::Vector2d& place_m) {
-  return Eigen::Rotation2Dd(-pose.heading_rad) * (place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
-}
-
 localisation::Pose pose_of(const runlog::PoseRow& row) { return {row.x_m, row.y_m, row.heading_rad}; }
 
 std::optional<runlog::PoseRow> pose_of(const localisation::Fix& fix, double t_s) {
@@ -286,7 +282,7 @@ Residuals residuals_of(const Side& side) {
       ++all.ranged;
       all.has_range[i * count + k] = true;
       if (!reference) continue;
-      const Eigen::Vector2d to_m = in_body(*reference, landmarks_m[k]);
+      const Eigen::Vector2d to_m = localisation::in_body(pose_of(*reference), landmarks_m[k]);
       ResidualPoint point{frame.t_s, k, to_m.norm(), *row.range_m - to_m.norm(), std::nullopt};
       all.range_m.add(point.before_m);
       if (after[k].range_m) point.after_m = *after[k].range_m - to_m.norm();

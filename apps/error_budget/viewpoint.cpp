@@ -142,8 +142,7 @@ Viewpoint::Viewpoint(const World& truth, const localisation::Pose& pose, const b
 }
 
 Eigen::Vector2d Viewpoint::p_BL_m(const localisation::Pose& pose, int landmark) const {
-  return Eigen::Rotation2Dd(-pose.heading_rad) *
-         (vision::place_m(truth_->landmarks[std::size_t(landmark)]) - Eigen::Vector2d(pose.x_m, pose.y_m));
+  return localisation::in_body(pose, vision::place_m(truth_->landmarks[std::size_t(landmark)]));
 }
 
 std::optional<Eigen::Vector2d> Viewpoint::pixel(const vision::MirrorView& view, const Eigen::Vector2d& p_BL_m,

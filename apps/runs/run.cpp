@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <deque>
+#include <future>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -164,7 +165,7 @@ class Loop {
   Status drive(Robot& robot, const drivers::RobotSettings& settings) {
     if (auto started = robot.start(settings.lower.settings, settings.upper.settings); !started) return started;
     record_.note_devices(robot);
-    const bool images_age = !robot.pace().waits_for_program;
+    waits_for_program_ = robot.pace().waits_for_program;
     taker_.emplace(robot, robot_, begin_, clock_before_s_, options_.patience,
                    [this](const std::string& event) { record_.note(event); });
     for (int i = 0; i < options_.frames; ++i) {
@@ -181,7 +182,7 @@ class Loop {
       if (int(pending_.size()) > robot_.latency_frames) {
         if (auto answered = answer_oldest(); !answered) return answered;
       }
-      const WheelSpeeds speeds = steering_.decide(number, taker_->step_s(), images_age ? taker_->age_s() : 0);
+      const WheelSpeeds speeds = steering_.decide(number, taker_->step_s(), waits_for_program_ ? 0 : taker_->age_s());
       if (auto commanded = taker_->command(number, speeds); !commanded) return commanded;
       progress_(double(record_.frames()) / options_.frames);
     }
@@ -220,16 +221,28 @@ class Loop {
     if (!fix) return failed(fix.error());
     // The search takes as long as many frames, so that it is made once, where the rig may be the reason.
     if (record_.frames() == 0 && (!rim_warnings_.empty() || !is_place(*fix))) {
-      // What the search finds holds the numbers of all that is wrong, and so of the rims.
-      if (const auto found = rig_warning(robot_, map_, *lower, *upper)) rim_warnings_ = {*found};
-      for (const std::string& warning : rim_warnings_) record_.note(warning);
+      rig_warning_ = std::async(std::launch::async, [this, lower = *lower, upper = *upper] {
+        return rig_warning(robot_, map_, lower, upper);
+      });
     }
+    tell_of_rig(waits_for_program_ ? kWait : kIfReady);
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
     if (is_place(*fix)) steering_.add_fix(record.frame.frame, *fix->position_m);
     finished.record = std::move(record);
     record_.add(std::move(finished));
     return {};
+  }
+
+  enum WhenTold { kWait, kIfReady };
+
+  /// Reports what the search for the rig found. Real devices go on meanwhile: waiting would hold up the wheels.
+  void tell_of_rig(WhenTold when) {
+    if (!rig_warning_.valid()) return;
+    if (when == kIfReady && rig_warning_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    // It holds the numbers of all that is wrong, and so of the rims.
+    if (const auto found = rig_warning_.get()) rim_warnings_ = {*found};
+    for (const std::string& warning : rim_warnings_) record_.note(warning);
   }
 
   /// Returns what the frame's images show, except for those that a resumed run has stored.
@@ -284,6 +297,7 @@ class Loop {
 
   Result<runlog::RunInfo> end(const Status& done) {
     record_.finish_frames();
+    tell_of_rig(kWait);
     note_renderer();
     runlog::RunInfo& info = record_.info();
     std::vector<std::string> last = record_.take_later();
@@ -327,6 +341,8 @@ class Loop {
   TruthCollector truth_;
   bool has_true_objects_ = false;
   std::vector<std::string> rim_warnings_;  ///< the first images show a rim elsewhere, or none
+  std::future<std::optional<std::string>> rig_warning_;
+  bool waits_for_program_ = false;  ///< the time of the devices stands still between frames
   std::optional<FrameTaker> taker_;
   std::deque<TakenFrame> pending_;
   double clock_before_s_ = 0;  ///< host_t_s of the last stored frame of a resumed run

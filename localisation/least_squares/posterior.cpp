@@ -151,14 +151,10 @@ Posterior update(const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance,
     const double promised = kLookSigmas * kLookSigmas;
     if (!(rise >= kLeastRise * promised && rise <= kMostRise * promised)) return result;
   }
-  const Eigen::Vector3d unit = per_unit.cwiseInverse();
-  const Eigen::Matrix3d root = unit.asDiagonal() * lower * axes;
   result.kind = Posterior::Kind::kGaussian;
-  result.mean = mean + unit.cwiseProduct(lower * mode->z);
-  result.covariance = root * root.transpose();
   LinearMeasurement& m = result.measurement = linear_measurement(problem, posterior.at(mode->z));
   m.slopes = m.slopes * per_unit.asDiagonal();
-  m.error += m.slopes * (result.mean - mean);
+  m.error += m.slopes * per_unit.cwiseInverse().cwiseProduct(lower * mode->z);
   // As in a fix, what the widening adds counts as own noise.
   m.own_covariance = widening * m.own_covariance + (widening - 1) * m.by_shared * m.by_shared.transpose();
   return result;

@@ -13,13 +13,11 @@ namespace twocone::localisation::least_squares {
 /// The distribution of a pose, (x m, y m, heading rad), after measurements, given a prior.
 struct Posterior {
   enum class Kind {
-    kGaussian,     ///< `mean` and `covariance` describe it
+    kGaussian,     ///< an ellipse describes it: that of the prior updated by `measurement`
     kNotGaussian,  ///< no ellipse would be correct: it is bent, or there is more than one place
     kNothing,      ///< no measurement is usable, or the prior has no covariance
   };
   Kind kind = Kind::kNothing;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   /// Chi-squared at the most likely pose, of the measurements and of the prior together.
   double chi_squared = 0;
   /// The measurements, linearised at the most likely pose, with `error` at the prior's mean; in m and rad.

@@ -126,7 +126,8 @@ BeliefSigmas ruler_errors() {
   return sigmas;
 }
 
-// Of shares near 95 %, four standard errors over robots are allowed besides the 1 % that first order may be off.
+// The share must be 95 % to within four of its standard errors over robots, plus 1 % because the ellipses are of first
+// order.
 void expect_that_ellipses_hold(const Tally& tally) {
   EXPECT_GT(tally.ok, 0.99 * tally.poses);
   EXPECT_NEAR(tally.share(), 0.95, 0.01 + 4 * tally.error_of_share());

@@ -193,7 +193,7 @@ int poses() {
 TEST(OneRay, EllipsesHoldTheTruthAndErrorsAreBelowThoseOfIndependentPixels) {
   // A row of pixels that shows an edge between two of them leaves it anywhere between these: 1/sqrt(12) px. A fit that
   // takes these errors as independent noise can be no better than the Cramer-Rao bound of that noise. Measured errors
-  // are 0.13 of it; four times that is allowed. With the fit to coverages they are XX of it.
+  // are 0.13 of it; four times that is allowed.
   const double pixel_px = 1 / std::sqrt(12.0);
   constexpr double kMostOfBound = 0.5;
   const Rig rig = lab_rig();

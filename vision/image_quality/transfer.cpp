@@ -131,7 +131,7 @@ std::optional<Transfer> transfer(const cv::Mat& simulated_rgb, const cv::Mat& re
       ++answer.tiles[std::size_t(pair.channel)];
     }
     if (std::ranges::min(answer.tiles) < kLeastTransferTiles) return std::nullopt;
-    const double reach = kTukey * std::max(1.4826 * base::median(sizes), kLeastScale);
+    const double reach = kTukey * std::max(base::robust_sigma(sizes), kLeastScale);
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
     for (const Pair* pair : used) {

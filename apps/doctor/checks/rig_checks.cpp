@@ -135,8 +135,7 @@ void check_rig(const RigUnderTest& test, Report& report) {
   vision::SelfRigProblem problem = estimation::self_rig_problem(test.robot, test.map);
   problem.frames.push_back({test.lower_rgb, test.upper_rgb, {}, {}});
   const vision::SelfRig found = vision::find_rig(problem);
-  constexpr std::size_t kLeastLandmarks = 3;
-  if (test.map.landmarks.size() < kLeastLandmarks) return store(test, found, report);
+  if (test.map.landmarks.size() < vision::kLeastRigLandmarks) return store(test, found, report);
   if (found.views[0].is_blind() || found.views[1].is_blind()) {
     // Exposure and mirror have rows of their own.
     report.add({kRigPart, "cameras",

@@ -46,10 +46,6 @@ class EdgeNoise {
 
 constexpr std::array kSides{vision::Side::kLower, vision::Side::kUpper};
 
-Eigen::Vector2d in_body(const localisation::Pose& pose, const Eigen::Vector2d& place_m) {
-  return Eigen::Rotation2Dd(-pose.heading_rad) * (place_m - Eigen::Vector2d(pose.x_m, pose.y_m));
-}
-
 /// Returns the bound of a pose where rig and map are uncertain.
 /// @param information as of landmark_information()
 std::optional<Eigen::Matrix3d> whole_bound(const vision::UncertainRig& rig, const config::BeliefErrors& errors,
@@ -59,9 +55,10 @@ std::optional<Eigen::Matrix3d> whole_bound(const vision::UncertainRig& rig, cons
   for (std::size_t k = 0; k < targets.size(); ++k) {
     const Eigen::Vector2d place_m = vision::place_m(targets[k]);
     for (const vision::Side side : kSides) {
-      measurements.push_back({place_m, information[k][std::size_t(side)],
-                              rig.place_by_shared(side, in_body(pose, place_m), targets[k], errors.vision.landmarks[k]),
-                              errors.places[k]});
+      measurements.push_back(
+          {place_m, information[k][std::size_t(side)],
+           rig.place_by_shared(side, localisation::in_body(pose, place_m), targets[k], errors.vision.landmarks[k]),
+           errors.places[k]});
     }
   }
   return localisation::shared_pose_bound(pose, measurements);
@@ -86,7 +83,7 @@ std::vector<std::array<Eigen::Matrix2d, 2>> landmark_information(const vision::R
   const Eigen::Matrix2d none = Eigen::Matrix2d::Zero();
   std::vector<std::array<Eigen::Matrix2d, 2>> information(targets.size(), {none, none});
   for (std::size_t k = 0; k < targets.size(); ++k) {
-    const Eigen::Vector2d p_BL_m = in_body(pose, places_m[k]);
+    const Eigen::Vector2d p_BL_m = localisation::in_body(pose, places_m[k]);
     for (const vision::Side side : kSides) {
       const auto noise_px = edge_noise_px(targets[k].name, std::string(to_string(side)));
       if (!noise_px) continue;
@@ -122,7 +119,7 @@ std::vector<FrameBound> bounds(const RunData& run) {
     for (const auto& [lower, upper] : information) of_both.emplace_back(lower + upper);
     std::transform(of_both.begin(), of_both.end(), bound.landmarks.begin(), bound_of);
     bound.covariance = localisation::pose_bound(pose, places_m, of_both);
-    bound.whole_covariance = whole_bound(belief, errors, targets, pose, information);
+    if (!belief.is_exact()) bound.whole_covariance = whole_bound(belief, errors, targets, pose, information);
   }
   return result;
 }

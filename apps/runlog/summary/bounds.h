@@ -26,7 +26,7 @@ struct FrameBound {
   std::uint64_t frame = 0;
   std::vector<std::optional<Landmark>> landmarks;  ///< in the map's order
   std::optional<Eigen::Matrix3d> covariance;       ///< of x (m), y (m), heading (rad) from all landmarks together
-  /// The same, where map and rig are as uncertain as their files state; equal where both are exact.
+  /// The same, where map and rig are as uncertain as their files state; empty where both are exact.
   std::optional<Eigen::Matrix3d> whole_covariance;
 };
 

@@ -8,7 +8,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/config/to_layers.h"
 #include "apps/runlog/summary/bounds.h"
 #include "base/quantile.h"
 #include "localisation/odometry.h"
@@ -169,7 +168,6 @@ void summarise_fixes(const RunData& run, const Bounds& bounds, Summary& summary)
   Comparison heading;
   Comparison whole_position;
   Comparison whole_heading;
-  const bool is_uncertain = config::to_belief_errors(run.robot, run.map).vision.rig.cols() > 0;
   for (const auto& [frame, fix] : fixes_by_frame(run)) {
     ++summary.fix_verdicts[fix.verdict];
     summary.frames_with_fix += fix.position ? 1 : 0;
@@ -181,7 +179,7 @@ void summarise_fixes(const RunData& run, const Bounds& bounds, Summary& summary)
     const Eigen::Matrix3d& covariance = *bound->second.covariance;
     if (fix.position) position.add(std::sqrt(covariance(0, 0) + covariance(1, 1)), fix.error_m);
     if (fix.heading) heading.add(std::sqrt(covariance(2, 2)), fix.heading_error_rad);
-    if (!is_uncertain || !bound->second.whole_covariance) continue;
+    if (!bound->second.whole_covariance) continue;
     const Eigen::Matrix3d& whole = *bound->second.whole_covariance;
     if (fix.position) whole_position.add(std::sqrt(whole(0, 0) + whole(1, 1)), fix.error_m);
     if (fix.heading) whole_heading.add(std::sqrt(whole(2, 2)), fix.heading_error_rad);
