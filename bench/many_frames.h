@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/config/robot_file.h"
+#include "base/plane.h"
 
 /// Statistics of the fixes of very many stereo frames at independent poses. The frames are rendered by the native
 /// renderer and are not stored.
@@ -30,6 +31,7 @@ struct ManyFramesOptions {
 /// be metres away, and alone would decide the mean.
 struct FixRecord {
   int frame = 0;
+  Pose2 truth{};
   std::string verdict;              ///< localisation::FixVerdict
   std::optional<double> error_m{};  ///< of a place
   std::optional<bool> in_ellipse{};
@@ -38,7 +40,7 @@ struct FixRecord {
 
   /// Compares all but the times.
   friend bool operator==(const FixRecord& a, const FixRecord& b) {
-    return a.frame == b.frame && a.verdict == b.verdict && a.error_m == b.error_m && a.in_ellipse == b.in_ellipse &&
+    return a.frame == b.frame && a.truth == b.truth && a.verdict == b.verdict && a.error_m == b.error_m && a.in_ellipse == b.in_ellipse &&
            a.bound_m == b.bound_m;
   }
 };

@@ -228,10 +228,14 @@ std::filesystem::path results_folder(const std::filesystem::path& run, const std
 void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const config::Robot& robot,
                     const std::filesystem::path& map_file);
 
-/// Writes run.yaml of `to` as that of `from`, with the robot of `robot_file` and an event that reports the change.
+/// Files of what is believed, instead of what a run was made with. An empty one leaves the run's.
+struct OtherBeliefs {
+  std::filesystem::path robot_file, map_file;
+};
+
+/// Writes run.yaml of `to` as that of `from`, with other beliefs and an event that reports them.
 /// @throws DiskError, config::FileError
-void write_run_yaml_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
-                              const std::filesystem::path& to);
+void write_run_yaml_for(const OtherBeliefs& other, const std::filesystem::path& from, const std::filesystem::path& to);
 
 /// Writes run.yaml of `to` as that of `from`, with the map of `map_file` and the event `event`.
 /// @throws DiskError, config::FileError

@@ -170,13 +170,26 @@ void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::R
   write_whole(file_of(folder), std::string(out.c_str()) + '\n');
 }
 
-void write_run_yaml_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to) {
+void write_run_yaml_for(const OtherBeliefs& other, const fs::path& from, const fs::path& to) {
   YAML::Node node = load(file_of(from));  // all scalars keep their text
-  node["robot_file"] = absolute_text(robot_file);
-  node["robot"] = config::load_robot_node(config::read_robot(robot_file));
-  node.remove("robot_changes");
-  node["events"].push_back(fmt::format("recorded in {}, evaluated with the rig and the wheels of {}",
-                                       absolute_text(from), absolute_text(robot_file)));
+  std::string event = fmt::format("recorded in {}", absolute_text(from));
+  if (!other.robot_file.empty()) {
+    node["robot_file"] = absolute_text(other.robot_file);
+    node["robot"] = config::load_robot_node(config::read_robot(other.robot_file));
+    node.remove("robot_changes");
+    event += fmt::format(", evaluated with the rig and the wheels of {}", absolute_text(other.robot_file));
+  }
+  if (!other.map_file.empty()) {
+    const std::string map_file = absolute_text(other.map_file);
+    node["map_file"] = map_file;
+    node["map"] = config::load_map_node(other.map_file);
+    event += fmt::format("{} with the map {}", other.robot_file.empty() ? ", evaluated" : " and", map_file);
+    if (node["robot"]["map"].as<std::string>("") != map_file) {
+      node["robot"]["map"] = map_file;
+      node["robot_changes"].push_back(config::to_string(config::KeyChange{"map", map_file}));
+    }
+  }
+  node["events"].push_back(event);
   write_again(to, node);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/run.h"
 
+#include <set>
 #include <system_error>
 #include <tuple>
 #include <vector>
@@ -118,15 +119,18 @@ void refuse_other_robots(const runlog::RunData& run, const config::Robot& robot)
   }
 }
 
-/// Compares the parts of the maps that localisation uses. The files may differ: a twin's map has another scene.
-void refuse_other_maps(const runlog::RunData& run, const config::Robot& robot) {
-  const config::Map map = config::read_map(robot.map);
-  if (map.landmarks == run.map.landmarks && map.bounds == run.map.bounds) return;
+void refuse_other_rooms(const runlog::RunData& run, const config::Robot& robot, const config::Map& map) {
+  const auto names_of = [](const config::Map& of) {
+    std::set<std::string> names;
+    for (const Landmark& landmark : of.landmarks) names.insert(landmark.name);
+    return names;
+  };
+  const auto before = names_of(run.map), now = names_of(map);
+  if (now == before) return;
   throw config::FileError(
-      "{}: map: {} has other {} than {}, the map of {}, as it was when the run was made: name a robot file "
-      "with that map",
-      robot.file.string(), map.file.string(), map.landmarks == run.map.landmarks ? "bounds" : "landmarks",
-      run.map.file.string(), run.folder.string());
+      "{}: map: {} has the landmarks {}, and the map with which {} was made has {}: another room; if it is the map that "
+      "you want, name it with --map",
+      robot.file.string(), map.file.string(), fmt::join(now, ", "), run.folder.string(), fmt::join(before, ", "));
 }
 
 std::string odometry_text(const runlog::RunData& run, const config::Robot& robot) {
@@ -142,12 +146,15 @@ std::string odometry_text(const runlog::RunData& run, const config::Robot& robot
 
 }  // namespace
 
-void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const fs::path& to, bool replace) {
+void copy_run_with(const runlog::OtherBeliefs& other, const fs::path& from, const fs::path& to, bool replace) {
   const runlog::RunData run = runlog::read_run(from);
-  const config::Robot robot = config::read_robot(robot_file);
+  const config::Robot robot = other.robot_file.empty() ? run.robot : config::read_robot(other.robot_file);
+  runlog::OtherBeliefs beliefs = other;
+  if (beliefs.map_file.empty()) beliefs.map_file = robot.map;
+  const config::Map map = config::read_map(beliefs.map_file);
   refuse_other_robots(run, robot);
-  refuse_other_maps(run, robot);
-  config::check_landmarks(robot, run.map);
+  if (other.map_file.empty()) refuse_other_rooms(run, robot, map);
+  config::check_landmarks(robot, map);
   runlog::check_drive(run);
   std::error_code none_such;
   if (fs::equivalent(from, to, none_such)) {
@@ -168,7 +175,7 @@ void copy_run_for_robot(const fs::path& from, const fs::path& robot_file, const 
     runlog::write_whole(to / table, config::read_text(from / table));
   if (!run.truth.empty()) runlog::write_whole(to / "truth.tum", config::read_text(from / "truth.tum"));
   runlog::write_whole(to / "odometry.tum", odometry_text(run, robot));
-  runlog::write_run_yaml_for_robot(from, robot_file, to);  // written last, because it makes the folder a run
+  runlog::write_run_yaml_for(beliefs, from, to);  // written last, because it makes the folder a run
   folder.keep();
 }
 

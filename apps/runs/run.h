@@ -101,18 +101,19 @@ struct LocaliseOptions {
 Result<runlog::RunData> localise(const std::filesystem::path& folder, estimation::Method method,
                                  const Progress& progress, const LocaliseOptions& options = {});
 
-/// Makes a new run folder from the recorded data of `from` (images, wheel angles, truth), as the robot of another file
-/// would have recorded them. localise() can then compute ranges and fixes with that file's `rig:` and wheels, for
-/// example after a calibration. `from` is not changed.
+/// Makes a new run folder from the recorded data of `from` (images, wheel angles, truth), as a robot with other beliefs
+/// would have recorded them. localise() can then compute ranges and fixes with these, for example with the robot and
+/// the map of a calibration. `from` is not changed.
 ///
 /// Images are hard links if the disk supports them, otherwise copies. The odometry is computed again from the
-/// recorded angles. run.yaml is that of `from` with the other robot and an event that reports the change. The map is
-/// still that of `from`. A robot file whose map has other landmarks or bounds is therefore rejected.
+/// recorded angles. run.yaml is that of `from` with what is other and an event that reports it.
 /// @param from may be a run that was cut off
-/// @param robot_file must have the same image sizes and the same start; otherwise it cannot have been that robot
+/// @param other a robot file must have the same image sizes and the same start, otherwise it cannot have been that
+/// robot. Without a map file, the map that the robot file names is used; its landmarks must have the names of the
+/// run's, otherwise it is another room. A map file may have any landmarks.
 /// @param to a folder without a run; with `replace`, a run there is removed (locked_folder.h). A failure leaves none
-/// @throws config::FileError (a file that cannot be read, another robot altogether), DiskError
-void copy_run_for_robot(const std::filesystem::path& from, const std::filesystem::path& robot_file,
-                        const std::filesystem::path& to, bool replace = false);
+/// @throws config::FileError (a file that cannot be read, another robot or room altogether), DiskError
+void copy_run_with(const runlog::OtherBeliefs& other, const std::filesystem::path& from,
+                   const std::filesystem::path& to, bool replace = false);
 
 }  // namespace twocone::runs

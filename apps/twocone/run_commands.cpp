@@ -114,7 +114,7 @@ void run_with(RunArguments options) {
 
 struct LocaliseArguments {
   std::filesystem::path folder;
-  std::filesystem::path robot;
+  runlog::OtherBeliefs other;
   std::filesystem::path out;
   std::string method;  ///< empty: the run's
   bool allow_missing = false;
@@ -124,8 +124,8 @@ struct LocaliseArguments {
 /// Returns the method of --method, or of the other robot's file, or of the run.
 estimation::Method method_of(const LocaliseArguments& options) {
   if (!options.method.empty()) return estimation::method_named(options.method);
-  if (!options.robot.empty()) {
-    const config::Robot robot = config::read_robot(options.robot);
+  if (!options.other.robot_file.empty()) {
+    const config::Robot robot = config::read_robot(options.other.robot_file);
     if (!robot.estimator.method.empty()) return estimation::method_named(robot.estimator.method);
   }
   return estimation::method_named(runlog::read_run_yaml(options.folder).info.method);
@@ -142,9 +142,9 @@ runlog::RunData localise(const LocaliseArguments& options, estimation::Method me
       fmt::format("interrupted: {} is as it was; next: the same command again", options.folder.string()));
 }
 
-/// Localises the run's images with another robot's file. A failure leaves no folder that would block a retry.
+/// Localises the run's images with another robot's file or map. A failure leaves no folder that would block a retry.
 runlog::RunData localise_copy(const LocaliseArguments& options, estimation::Method method) {
-  runs::copy_run_for_robot(options.folder, options.robot, options.out, options.replace);
+  runs::copy_run_with(options.other, options.folder, options.out, options.replace);
   try {
     return localise(options, method, options.out);
   } catch (...) {
@@ -155,9 +155,12 @@ runlog::RunData localise_copy(const LocaliseArguments& options, estimation::Meth
 
 void localise_with(const LocaliseArguments& options) {
   if (options.replace && options.out.empty()) throw BadUsage("--force needs --out: the run that it replaces");
+  if (!options.out.empty() && options.other.robot_file.empty() && options.other.map_file.empty()) {
+    throw BadUsage("--out needs --robot or --map: without them the results replace those of the run");
+  }
   const estimation::Method method = method_of(options);
   const runlog::RunData data =
-      options.robot.empty() ? localise(options, method, options.folder) : localise_copy(options, method);
+      options.out.empty() ? localise(options, method, options.folder) : localise_copy(options, method);
   std::vector<std::string> notes;
   fmt::print("{}", report::table_of(data, notes));
   for (const std::string& note : notes) say(fmt::format("note: {}", note));
@@ -253,15 +256,17 @@ void add_localise(CLI::App& program) {
   command
       ->add_option("--method", options->method, "How to range and localise (default: as the run, or as --robot says)")
       ->check(is_method());
-  auto* robot =
-      command->add_option("--robot", options->robot,
-                          "Robot file whose rig, wheels and estimator to use, such as one from calibrate; needs --out");
+  auto* robot = command->add_option("--robot", options->other.robot_file,
+                                    "Robot file whose rig, wheels, estimator and map to use, such as one from\n"
+                                    "calibrate; needs --out");
+  auto* map = command->add_option("--map", options->other.map_file,
+                                  "Map to use instead of the run's, or of the one that --robot names; needs --out");
   auto* out = command->add_option("--out", options->out, "Run folder to make for the results, with the same images");
   command->add_flag("--allow-missing", options->allow_missing,
                     "Leave frames that have lost an image without an answer (verdict no_image)");
   command->add_flag("--force", options->replace, "Replace the run that is in --out");
   robot->needs(out);
-  out->needs(robot);
+  map->needs(out);
   command->callback([options] { localise_with(*options); });
 }
 

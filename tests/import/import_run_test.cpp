@@ -140,7 +140,7 @@ TEST_F(ImportRun, WithoutOdometryTheWheelTablesAreEmpty) {
   EXPECT_TRUE(again->estimate.empty()) << "grey images give no position, and there are no wheels";
   EXPECT_EQ(again->fixes.size(), std::size_t(kFrames));
   const fs::path other = folder_.path() / "other";
-  runs::copy_run_for_robot(out_, kSmall, other);
+  runs::copy_run_with({kSmall, {}}, out_, other);
   EXPECT_FALSE(has_odometry(runlog::read_run(other)));
 }
 
