@@ -528,7 +528,9 @@ void take(const vision::CalibrationResult& result, const config::Robot& robot, R
   report.rig.mirror_separation_m = report.after.mirror_separation_m();
   report.drive.wheel_radius_m = result.wheels->radius_m;
   report.drive.wheel_separation_m = result.wheels->separation_m;
+  // The uncertainties that the file states, or that an earlier calibration found, are those of other numbers.
   report.rig.sigma.reset();
+  report.rig.calibration.clear();
   report.drive.sigma.reset();
 }
 

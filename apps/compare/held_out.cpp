@@ -171,6 +171,7 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
   if (!real.calibration) return all;
   config::Robot robot = real.run.robot;
   robot.rig = real.calibration->rig;
+  robot.rig.sigma = config::RigSigma{};  // one rig makes all these ranges, so that its doubt weighs none of them
   robot.estimator = {};
   const estimation::Estimator estimator(estimation::Method::kOutline, robot, real.run.map);
   const auto targets = config::to_targets(real.run.map);

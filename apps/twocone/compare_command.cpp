@@ -49,7 +49,8 @@ void check(const CompareArguments& options) {
     throw BadUsage("--false-alarm is {}, must be above 0 and below 1", options.settings.false_alarm);
   }
   if (options.write_robot.empty() || options.force) return;
-  refuse_overwriting({options.write_robot, twin_of(options.write_robot)});
+  refuse_overwriting(
+      {options.write_robot, compare::covariance_file(options.write_robot), twin_of(options.write_robot)});
 }
 
 /// Returns the name of a folder, also if a slash ends its path.
@@ -62,6 +63,8 @@ void write_robots(const CompareArguments& options, const compare::Outcome& outco
   if (!outcome.calibration) {
     throw CommandFailed("no robot file is written: the real run does not determine its rig (see the notes above)");
   }
+  // Written before the robot file that names it.
+  runlog::write_whole(compare::covariance_file(options.write_robot), calibrate::to_json(*outcome.calibration));
   runlog::write_whole(options.write_robot, compare::corrected_robot(outcome, options.write_robot));
   fmt::print("robot   {}\n", options.write_robot.string());
   if (options.settings.is_rendered) return;  // a rendered comparison uses the real robot file and has no twin

@@ -60,6 +60,7 @@ TEST_F(Correct, TheRealRobotReadsBackWithTheCalibrationsNumbers) {
   EXPECT_EQ(robot.rig.mirror_separation_m, 0.3015);
   EXPECT_EQ(robot.drive.wheel_radius_m, 0.0512);
   EXPECT_EQ(robot.drive.wheel_separation_m, 0.297);
+  EXPECT_EQ(robot.rig.calibration.filename(), "new.calibration.json");
   EXPECT_EQ(robot.lower.driver, "v4l2_camera") << "everything else is unchanged";
 }
 

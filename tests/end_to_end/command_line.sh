@@ -67,11 +67,21 @@ done >"$work/labels"
 
 # ---- files of another room
 sed "s|^map: .*|map: $source_dir/scenes/hall.map.yaml|" "$small" >"$work/elsewhere.yaml"
-gives 'localise by another map' 1 'hall.map.yaml has other landmarks than .*lab.map.yaml' \
+gives 'localise by another room' 1 'hall.map.yaml has the landmarks .* name it with --map' \
   "$twocone" localise "$work/full" --robot "$work/elsewhere.yaml" --out "$work/localised"
-[ -e "$work/localised" ] && fail 'localise by another map: a folder was left behind'
+[ -e "$work/localised" ] && fail 'localise by another room: a folder was left behind'
+gives 'localise by another map, in place' 2 'map requires .*out' "$twocone" localise "$work/full" --map "$source_dir/scenes/lab.map.yaml"
+gives 'localise with nothing else' 2 'out needs --robot or --map' "$twocone" localise "$work/full" --out "$work/localised"
 "$twocone" run --robot "$source_dir/robots/hall_sim.yaml" --frames 4 --behaviour still --out "$work/hall" >"$work/said" 2>&1 ||
   fail "a run in the hall: $(cat "$work/said")"
+# A map that is off by a decimetre along x moves all places by as much.
+awk -v scenes="$source_dir/scenes/" '
+  /\{name:/ { match($0, /x_m: +-?[0-9.]+/); x_m = substr($0, RSTART + 4, RLENGTH - 4) + 0.1
+    $0 = substr($0, 1, RSTART - 1) "x_m: " x_m substr($0, RSTART + RLENGTH) }
+  { sub(/^scene: /, "&" scenes) } 1' "$source_dir/scenes/hall.map.yaml" >"$work/moved.map.yaml"
+gives 'localise by another map' 0 '^Position' "$twocone" localise "$work/hall" --map "$work/moved.map.yaml" --out "$work/moved"
+paste -d, "$work/hall/fixes.csv" "$work/moved/fixes.csv" | awk -F, 'NR == 1 { n = NF / 2 } NR > 1 && $3 == "ok" { ++fixes; off = $(n + 4) - $4 - 0.1
+  if (off * off > 1e-12) ++wrong } END { exit !fixes || wrong }' || fail "localise by another map: $(cat "$work/moved/fixes.csv")"
 gives 'compare of two rooms' 1 'lab.map.yaml.* and .*hall.map.yaml.* are not of one room' \
   "$twocone" compare "$work/full" "$work/hall" --out "$work/comparison"
 gives 'compare with another room' 1 'hall.map.yaml is not of the room of .*lab.map.yaml' \

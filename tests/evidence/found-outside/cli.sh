@@ -4,8 +4,8 @@ command_line=script:tests/end_to_end/command_line.sh
 wrong_input=script:tests/end_to_end/wrong_input.sh
 
 found A.16a 'localise --robot F, where F names another map than the run' 'the run'"'"'s map was used without a message' \
-  'refused, with both maps named; another map with the same landmarks and bounds is accepted' \
-  runs/runs_test:'OtherRobot.ThatNamesAMapOfOtherLandmarks*' "$command_line"
+  'its map is used, and the events name it; a map of another room is refused, with both maps named, unless --map names it' \
+  runs/runs_test:'OtherRobot.BringsItsMap*' "$command_line"
 found A.16b 'distortion_focal_px in rig: and in effects:' 'a pair here, a single number there' \
   'either takes a number or a pair; two unequal numbers are refused in effects:, as a simulated lens has one focal length' \
   config/config_test:'RigKeys.ALensComes*:RobotFile.TakesTheFocalLength*:*DistortionOfTwoFocalLengths*'
