@@ -19,6 +19,12 @@ struct Pose2 {
   friend bool operator==(const Pose2&, const Pose2&) = default;
 };
 
+/// The body's velocity: forward along its x axis, and its turn rate.
+struct BodyTwist {
+  double forward_mps = 0;
+  double turn_radps = 0;
+};
+
 struct FloorPoint {
   double x_m = 0;
   double y_m = 0;

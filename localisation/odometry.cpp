@@ -55,4 +55,10 @@ WheelTurns wheel_turns(const WheelGeometry& wheels, double arc_m, double turn_ra
   return {(arc_m - half_m) / wheels.radius_m, (arc_m + half_m) / wheels.radius_m};
 }
 
+BodyTwist twist_of(const WheelGeometry& wheels, const WheelTurns& turned, double time_s) {
+  const double left_mps = wheels.radius_m * turned.left_rad / time_s;
+  const double right_mps = wheels.radius_m * turned.right_rad / time_s;
+  return {(left_mps + right_mps) / 2, (right_mps - left_mps) / wheels.separation_m};
+}
+
 }  // namespace twocone::localisation

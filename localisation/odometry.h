@@ -41,6 +41,9 @@ struct WheelTurns {
 /// and T of Odometry. It is linear, so speeds (m/s, rad/s) give speeds (rad/s).
 WheelTurns wheel_turns(const WheelGeometry& wheels, double arc_m, double turn_rad);
 
+/// Returns the body's mean velocity while the wheels turn by `turned` in `time_s`, > 0. It inverts wheel_turns().
+BodyTwist twist_of(const WheelGeometry& wheels, const WheelTurns& turned, double time_s);
+
 /// Dead reckoning from the wheels: the pose from the angles alone, without slip.
 ///
 /// Between two readings the robot is assumed to drive one exact arc of length D = r (dl + dr) / 2 and turn

@@ -26,12 +26,6 @@ struct LandmarkSighting {
   double late_s = 0;
 };
 
-/// The body's velocity: forward along its x axis, and its turn rate.
-struct BodyTwist {
-  double forward_mps = 0;
-  double turn_radps = 0;
-};
-
 /// The wheels' total angles at one time.
 struct WheelReading {
   double t_s = 0;

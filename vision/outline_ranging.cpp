@@ -64,6 +64,7 @@ struct OutlineRanging::Impl {
   Impl(const Rig& the_rig, const std::vector<Landmark>& all, cv::Size lower_size, cv::Size upper_size,
        const std::vector<std::size_t>& which, const BeliefErrors& errors)
       : belief(the_rig, errors.rig),
+        late(errors.late),
         by_shared(errors.landmarks.empty() ? std::vector<BySharedErrors<kLandmarkNumbers>>(all.size())
                                            : errors.landmarks),
         targets(all),
@@ -83,12 +84,15 @@ struct OutlineRanging::Impl {
 
   /// @param lower,upper null where the view does not show the landmark
   [[nodiscard]] Triangulation place(std::size_t k, const Sighting* lower, const Sighting* upper,
-                                    const std::optional<double>& top_m) const {
-    return triangulate(belief, by_shared[k], lower, upper, targets[k].radius_m, top_m);
+                                    const std::optional<double>& top_m, const std::optional<BodyTwist>& twist) const {
+    std::optional<ImageMotion> motion;
+    if (twist && late.cols() > 0) motion = ImageMotion{*twist, &late};
+    return triangulate(belief, by_shared[k], lower, upper, targets[k].radius_m, top_m, motion);
   }
   [[nodiscard]] bool is_exact(std::size_t k) const { return belief.is_exact() && by_shared[k].cols() == 0; }
 
   UncertainRig belief;
+  BySharedErrors<2> late;  ///< BeliefErrors::late
   std::vector<BySharedErrors<kLandmarkNumbers>> by_shared;  ///< of each target
   std::vector<Landmark> targets;
   ColourTable table;
@@ -98,8 +102,9 @@ struct OutlineRanging::Impl {
 };
 
 struct FrameObservation::Impl {
-  Impl(const OutlineRanging::Impl& the_ranging, const cv::Mat& lower, const cv::Mat& upper)
-      : ranging(the_ranging), images{lower, upper}, all(ranging.targets.size()) {
+  Impl(const OutlineRanging::Impl& the_ranging, const cv::Mat& lower, const cv::Mat& upper,
+       const std::optional<BodyTwist>& the_twist)
+      : ranging(the_ranging), images{lower, upper}, twist(the_twist), all(ranging.targets.size()) {
     check_image("OutlineRanging", "lower", lower, ranging.views[0].size());
     check_image("OutlineRanging", "upper", upper, ranging.views[1].size());
     std::array<std::vector<Found>, 2> found;
@@ -125,7 +130,7 @@ struct FrameObservation::Impl {
     if (!sighting) return std::nullopt;
     const bool is_lower = view == 0;
     Triangulation alone =
-        ranging.place(k, is_lower ? &*sighting : nullptr, is_lower ? nullptr : &*sighting, target.top_m);
+        ranging.place(k, is_lower ? &*sighting : nullptr, is_lower ? nullptr : &*sighting, target.top_m, twist);
     return alone.range_m ? std::optional(std::move(alone)) : std::nullopt;
   }
 
@@ -221,7 +226,7 @@ struct FrameObservation::Impl {
       sightings[view].pixel_px = ranging.views[view].pixel_of(*look.candidate);
     }
     const auto place = [&](const std::optional<double>& top_m) {
-      return ranging.place(k, sightings.data(), &sightings[1], top_m);
+      return ranging.place(k, sightings.data(), &sightings[1], top_m, twist);
     };
     EdgeSamples own_samples;
     // The first height is as accurate as the finder's pixels, the second as accurate as the outlines.
@@ -270,7 +275,7 @@ struct FrameObservation::Impl {
     if (upper.sighting) m.upper_px = upper.sighting->pixel_px;
     const Landmark& target = ranging.targets[k];
     const Triangulation t = ranging.place(k, lower.sighting ? &*lower.sighting : nullptr,
-                                          upper.sighting ? &*upper.sighting : nullptr, target.top_m);
+                                          upper.sighting ? &*upper.sighting : nullptr, target.top_m, twist);
     m.verdict = t.verdict;
     const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
     // An outline is missing or not whole: either something hides it, or the map is wrong.
@@ -316,6 +321,7 @@ struct FrameObservation::Impl {
 
   const OutlineRanging::Impl& ranging;
   std::array<cv::Mat, 2> images;
+  std::optional<BodyTwist> twist;
   std::vector<Seen> all;
   EdgeSamples edge_samples;  // shared by all fits, so that its memory is allocated once
 };
@@ -374,12 +380,14 @@ OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targ
                                cv::Size upper_size, const std::vector<std::size_t>& wanted, const BeliefErrors& errors)
     : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted, errors)) {}
 
-FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper) const {
-  return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper));
+FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper,
+                                      const std::optional<BodyTwist>& twist) const {
+  return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper, twist));
 }
 
-std::vector<RangeMeasurement> OutlineRanging::measure(const cv::Mat& lower, const cv::Mat& upper) const {
-  FrameObservation observation = look(lower, upper);
+std::vector<RangeMeasurement> OutlineRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
+                                                      const std::optional<BodyTwist>& twist) const {
+  FrameObservation observation = look(lower, upper, twist);
   std::vector<std::size_t> all(impl_->targets.size());
   std::iota(all.begin(), all.end(), std::size_t(0));
   observation.take(all, Stage::kFine);

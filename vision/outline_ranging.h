@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "base/plane.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
 #include "vision/uncertain_rig.h"
@@ -102,13 +104,16 @@ class OutlineRanging {
                  const std::vector<std::size_t>& wanted = {}, const BeliefErrors& errors = {});
 
   /// Runs the finder on both images. @param lower,upper as for measure()
-  [[nodiscard]] FrameObservation look(const cv::Mat& lower, const cv::Mat& upper) const;
+  /// @param twist of the body while the images are exposed; nothing: it stands
+  [[nodiscard]] FrameObservation look(const cv::Mat& lower, const cv::Mat& upper,
+                                      const std::optional<BodyTwist>& twist = {}) const;
 
   /// Calls look() and measures all landmarks to kFine.
   /// Returns one measurement for each target, in their order, with range, bearing, covariance and sightings where they
   /// exist.
   /// @param lower,upper CV_8UC3, r g b, sRGB-coded. @throws std::invalid_argument for another type or size
-  [[nodiscard]] std::vector<RangeMeasurement> measure(const cv::Mat& lower, const cv::Mat& upper) const;
+  [[nodiscard]] std::vector<RangeMeasurement> measure(const cv::Mat& lower, const cv::Mat& upper,
+                                                      const std::optional<BodyTwist>& twist = {}) const;
 
  private:
   friend class FrameObservation;

@@ -33,8 +33,12 @@ constexpr double kRoundings = 64;
 struct Belief {
   const UncertainRig* rig = nullptr;
   const BySharedErrors<kLandmarkNumbers>* landmark = nullptr;
+  std::optional<ImageMotion> motion{};
 
-  [[nodiscard]] Eigen::Index errors() const { return rig == nullptr ? 0 : std::max(rig->errors(), landmark->cols()); }
+  [[nodiscard]] Eigen::Index errors() const {
+    if (rig == nullptr) return 0;
+    return std::max({rig->errors(), landmark->cols(), motion ? motion->late->cols() : 0});
+  }
   [[nodiscard]] bool is_exact() const { return errors() == 0; }
   [[nodiscard]] double edge_variance_px2(Side side) const {
     return rig == nullptr || rig->is_exact() ? 0 : rig->edge_variance_px2(side);
@@ -288,6 +292,24 @@ std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray, 
   return FarBearing{bearing_rad, variance_rad2};
 }
 
+/// Returns the velocity in the image of a landmark's near point, px/s, as the body moves; zero where it is not shown.
+Eigen::Vector2d image_velocity(const MirrorView& view, const BodyTwist& twist, const Eigen::Vector2d& p_BL_m,
+                               double radius_m, double top_m) {
+  // A central difference over a time in which the body moves by less than a millimetre.
+  constexpr double kStep_s = 1e-3;
+  // What stands in the world moves in the body's frame by -(v + w x p).
+  const Eigen::Vector2d step_m =
+      kStep_s * Eigen::Vector2d(twist.turn_radps * p_BL_m.y() - twist.forward_mps, -twist.turn_radps * p_BL_m.x());
+  std::array<Eigen::Vector2d, 2> pixels;
+  for (int i = 0; i < 2; ++i) {
+    const auto near_m = near_top_point(view, p_BL_m + (i == 0 ? -step_m : step_m), radius_m, top_m);
+    const auto shown = near_m ? view.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+    if (!shown) return Eigen::Vector2d::Zero();
+    pixels[std::size_t(i)] = shown->pixel_px;
+  }
+  return (pixels[1] - pixels[0]) / (2 * kStep_s);
+}
+
 /// @param is_top_known whether an error of the map's top is one of the answer
 PixelErrors pixel_errors(std::span<const ViewSighting> views, const Belief& belief, const Eigen::Vector2d& p_BL_m,
                          double radius_m, double top_m, bool is_top_known) {
@@ -303,6 +325,10 @@ PixelErrors pixel_errors(std::span<const ViewSighting> views, const Belief& beli
     const MirrorView& view = *views[i].view;
     auto effect = errors.by_shared.middleRows<2>(2 * Eigen::Index(i));
     if (!belief.rig->is_exact()) effect += belief.rig->pixel_by_shared(views[i].side, p_BL_m, radius_m, top_m);
+    if (belief.motion) {
+      effect += image_velocity(view, belief.motion->twist, p_BL_m, radius_m, top_m) *
+                belief.motion->late->row(views[i].side == Side::kLower ? 0 : 1);
+    }
     if (belief.landmark->cols() == 0) continue;
     const auto near_m = near_top_point(view, p_BL_m, radius_m, top_m);
     const auto shown = near_m ? view.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
@@ -435,8 +461,9 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
 }
 
 Triangulation triangulate(const UncertainRig& rig, const BySharedErrors<kLandmarkNumbers>& landmark,
-                          const Sighting* lower, const Sighting* upper, double radius_m, std::optional<double> top_m) {
-  return triangulate(rig.rig(), Belief{&rig, &landmark}, lower, upper, radius_m, top_m);
+                          const Sighting* lower, const Sighting* upper, double radius_m, std::optional<double> top_m,
+                          const std::optional<ImageMotion>& motion) {
+  return triangulate(rig.rig(), Belief{&rig, &landmark, motion}, lower, upper, radius_m, top_m);
 }
 
 }  // namespace twocone::vision

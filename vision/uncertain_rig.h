@@ -50,6 +50,8 @@ enum LandmarkNumber : int { kPlaceX, kPlaceY, kTop, kRadius, kLandmarkNumbers };
 /// without columns: known exactly.
 struct BeliefErrors {
   BySharedErrors<kRigNumbers> rig;
+  /// How much later than its stamp each image was exposed (lower, upper), s. It counts where the body's twist is given.
+  BySharedErrors<2> late;
   std::vector<BySharedErrors<kLandmarkNumbers>> landmarks;  ///< one for each landmark; empty: all are known exactly
 };
 

@@ -154,6 +154,7 @@ config::RigSigma rig_sigma(const Tolerances& t, double rim_px) {
           .azimuth_rad = sigma(t.azimuth_rad),
           .tilt_rad = sigma(t.tilt_rad),
           .axis_offset_m = sigma(t.axis_offset_m),
+          .late_s = sigma(t.skew_s),
           .distortion = sigma(t.distortion)};
 }
 

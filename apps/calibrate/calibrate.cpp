@@ -157,7 +157,7 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       const runlog::FrameRow& stamps = run.frames[frame.row];
       vision::CalibrationFrame& out = sighted.frames.emplace_back();
       out.wheels = frame.wheels;
-      out.twist = twist_at(run, frame.row);
+      out.twist = runlog::twist_at(run, frame.row);
       const auto [lower_file, upper_file] = image_files(run, frame.row, chosen.exchanged);
       const auto lower = read_rgb(lower_file, lower_camera);
       const auto upper = read_rgb(upper_file, upper_camera);
@@ -165,7 +165,7 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
         sighted.unreadable.push_back(lower ? upper.error() : lower.error());
         continue;
       }
-      const auto measurements = ranging->measure(*lower, *upper);
+      const auto measurements = ranging->measure(*lower, *upper, out.twist);
       for (std::size_t i = 0; i < measurements.size(); ++i) {
         if (!is_trusted(measurements[i].verdict)) continue;
         const auto add = [&](vision::Side side, const std::optional<vision::Sighting>& sighting, double stamped_s) {
@@ -250,17 +250,6 @@ std::vector<std::size_t> chosen_rows(std::size_t frames, int wanted) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < count; ++i) rows.push_back(count == 1 ? 0 : i * (frames - 1) / (count - 1));
   return rows;
-}
-
-std::optional<vision::BodyTwist> twist_at(const runlog::RunData& run, std::size_t row) {
-  if (row == 0 || row >= run.drive.size()) return std::nullopt;
-  const runlog::DriveRow &before = run.drive[row - 1], &after = run.drive[row];
-  const double time_s = after.t_s - before.t_s;
-  if (!(time_s > 0)) return std::nullopt;
-  const config::Drive& drive = run.robot.drive;
-  const double left_mps = drive.wheel_radius_m * (after.left_rad - before.left_rad) / time_s;
-  const double right_mps = drive.wheel_radius_m * (after.right_rad - before.right_rad) / time_s;
-  return vision::BodyTwist{(left_mps + right_mps) / 2, (right_mps - left_mps) / drive.wheel_separation_m};
 }
 
 ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) {
@@ -355,14 +344,16 @@ Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot,
   vision::SelfRigProblem problem = estimation::self_rig_problem(robot, run.map);
   problem.frames = frames_for_search(run);
   if (problem.frames.empty()) return start;  // sight() names the images
+  start.found = vision::find_rig(problem);
   for (const vision::Side camera : {vision::Side::kLower, vision::Side::kUpper}) {
-    if (!is_frozen(problem.frames, camera)) continue;
+    // A lens cap and a dead camera repeat one image, too, and what_to_change() names them.
+    const bool has_mirror = start.found->views[std::size_t(camera)].mirror.verdict == vision::MirrorVerdict::kFound;
+    if (!has_mirror || !is_frozen(problem.frames, camera)) continue;
     return Error(ErrorCode::kBadData,
                  "{}: camera {} repeats one image while the wheels turn: it is frozen; plug it in again, and see "
                  "twocone doctor",
                  run.folder.string(), to_string(camera));
   }
-  start.found = vision::find_rig(problem);
   if (start.found->missing() != vision::NotFound::kNothing) {
     if (robot.rig.missing.empty() && !start.found->is_blind()) return start;
     return Error(ErrorCode::kBadData, "{}: {}", run.folder.string(), estimation::what_to_change(*start.found));

@@ -85,11 +85,6 @@ void take(const vision::CalibrationResult& result, const config::Robot& robot, R
 
 // ---- the frames that a calibration uses
 
-/// Returns the motion of the body before a row of run.frames, from the wheels' believed sizes and their readings at
-/// this row and the row before. The interval before the row is used because an image is never newer than its stamp.
-/// Returns nothing for the first row, and if readings are missing or have the same time.
-std::optional<vision::BodyTwist> twist_at(const runlog::RunData& run, std::size_t row);
-
 /// Returns the rows of run.frames that a calibration of this run alone uses.
 std::vector<std::size_t> chosen_rows(std::size_t frames, int wanted);
 

@@ -202,7 +202,8 @@ nlohmann::ordered_json belief_of(const Report& report) {
   covariance.col(ratio).setZero();
   covariance(ratio, ratio) = variance;
 
-  const std::vector<std::string> names = config::belief_names(map);
+  std::vector<std::string> names = config::belief_names(map);
+  names.resize(std::size_t(count));  // the stamps at its end are not calibrated
   const Eigen::VectorXd rig = vision::numbers_of(report.after);
   std::vector<double> values(rig.begin(), rig.end());
   for (const Landmark& l : report.result.landmarks) {

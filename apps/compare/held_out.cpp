@@ -27,7 +27,7 @@ bool is_of_time(const Source& source) { return source.cause == Cause::kSkew || s
 
 /// Returns the sighting as an exposure at the frame's time would have given it. @param by_s from late_s()
 vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorView& view,
-                         const Eigen::Vector2d& in_body_m, const Landmark& target, const vision::BodyTwist& twist,
+                         const Eigen::Vector2d& in_body_m, const Landmark& target, const BodyTwist& twist,
                          double by_s) {
   vision::Sighting moved = sighting;
   // The body moves forward and turns, so a fixed object moves backward and turns the other way.
@@ -46,7 +46,7 @@ struct HeldOutFrame {
   const Side& real;
   const std::vector<Source>& sources;
   const std::vector<vision::Rig>& put_back;  ///< for each source, the found rig with its numbers as believed
-  std::optional<vision::BodyTwist> twist;
+  std::optional<BodyTwist> twist;
   runlog::PoseRow reference;
 
   using Seen = std::optional<vision::Sighting>;
@@ -192,7 +192,7 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
     if (!answer) return answer.error();
     auto reference = real.is_reference_apart ? real.reference[row] : pose_of(answer->fix, frame.t_s);
     if (!reference) continue;
-    HeldOutFrame at{real, sources, rigs, calibrate::twist_at(real.run, row), *reference};
+    HeldOutFrame at{real, sources, rigs, runlog::twist_at(real.run, row), *reference};
     if (!real.is_reference_apart) {
       reference = at.fixed_in_time(answer->ranges, targets, landmarks_m);
       if (!reference) continue;

@@ -20,10 +20,11 @@ struct Calibration {
 };
 
 /// Returns the names of all that a robot believes: the rig's numbers (vision::RigNumber), the numbers of each landmark
-/// (vision::LandmarkNumber) as "landmark NAME x_m", then wheel_radius_m, wheel_ratio, wheel_separation_m.
+/// (vision::LandmarkNumber) as "landmark NAME x_m", wheel_radius_m, wheel_ratio, wheel_separation_m, then lower.late_s and
+/// upper.late_s.
 std::vector<std::string> belief_names(const Map& map);
 
-/// Returns the numbers themselves, in that order. The wheels' ratio is 1.
+/// Returns the numbers themselves, in that order. The wheels' ratio is 1, and no image is believed to be late.
 Eigen::VectorXd belief_values(const Robot& robot, const Map& map);
 
 /// Reads the key `belief` of a calibration file.

@@ -75,6 +75,7 @@ struct RigSigma {
   double azimuth_rad = 0;
   double tilt_rad = 0;       ///< about x and about y
   double axis_offset_m = 0;  ///< in x and in y
+  double late_s = 0;         ///< of how much later than its stamp either view is exposed
   double distortion = 0;     ///< of k1 and of k2; of a lens without `distortion`, in units of v about the tip
 
   friend bool operator==(const RigSigma&, const RigSigma&) = default;

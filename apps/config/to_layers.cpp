@@ -318,7 +318,7 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
     const LandmarkSigma& s = landmark.sigma;
     sigmas.insert(sigmas.end(), {s.x_m, s.y_m, s.top_m, s.radius_m});
   }
-  sigmas.insert(sigmas.end(), {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m});
+  sigmas.insert(sigmas.end(), {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m, rig.late_s, rig.late_s});
 
   const Eigen::VectorXd independent = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()));
   Eigen::MatrixXd covariance = independent.cwiseAbs2().asDiagonal();
@@ -336,7 +336,8 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
   Eigen::Matrix3d by_sizes;  // of left radius share, right radius share, separation
   const double per_radius = 1 / robot.drive.wheel_radius_m;
   by_sizes << per_radius, -0.5, 0, per_radius, 0.5, 0, 0, 0, 1;
-  errors.wheels = by_sizes * by_shared.bottomRows(3);
+  errors.wheels = by_sizes * by_shared.bottomRows(5).topRows(3);
+  errors.vision.late = by_shared.bottomRows(2);
   return errors;
 }
 

@@ -11,6 +11,7 @@
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/estimation/method.h"
+#include "base/plane.h"
 #include "base/shared_errors.h"
 #include "hal/image.h"
 #include "localisation/fix.h"
@@ -60,14 +61,18 @@ class Estimator {
   Estimator(Method method, const config::Robot& robot, const config::Map& map,
             std::function<double()> clock_s = steady_time_s);
 
-  /// Returns the answer for one stereo frame.
+  /// Returns the answer for one stereo frame, at the time of its stamps.
+  /// @param twist of the body while the images are exposed, from the wheels. It determines how much the doubt about the
+  /// stamps counts; nothing: the robot stands
   /// Errors: kBadData if the size of an image differs from that in the robot file, if the number of its bytes is wrong,
   /// or if its JPEG data are damaged.
-  [[nodiscard]] Result<FrameAnswer> answer(const Image& lower, const Image& upper) const;
+  [[nodiscard]] Result<FrameAnswer> answer(const Image& lower, const Image& upper,
+                                           const std::optional<BodyTwist>& twist = {}) const;
 
  private:
   [[nodiscard]] FrameAnswer answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower,
-                                              const cv::Mat& upper, double begin_s) const;
+                                              const cv::Mat& upper, const std::optional<BodyTwist>& twist,
+                                              double begin_s) const;
 
   std::vector<Eigen::Vector2d> landmarks_m_;
   config::BeliefErrors belief_errors_;

@@ -44,6 +44,18 @@ void check_drive(const RunData& run) {
                           run.drive.size());
 }
 
+std::optional<BodyTwist> twist_between(const config::Robot& robot, const DriveRow& before, const DriveRow& after) {
+  const double time_s = after.t_s - before.t_s;
+  if (!(time_s > 0)) return std::nullopt;
+  const localisation::WheelTurns turned{after.left_rad - before.left_rad, after.right_rad - before.right_rad};
+  return localisation::twist_of(config::to_wheels(robot), turned, time_s);
+}
+
+std::optional<BodyTwist> twist_at(const RunData& run, std::size_t row) {
+  if (row == 0 || row >= run.drive.size()) return std::nullopt;
+  return twist_between(run.robot, run.drive[row - 1], run.drive[row]);
+}
+
 bool is_out_of_bounds(const FixRow& row) { return row.verdict == to_string(localisation::FixVerdict::kOutOfBounds); }
 
 std::optional<PoseRow> pose_of(const TrackRow& row) {

@@ -185,6 +185,13 @@ bool has_odometry(const RunData& run);
 /// @throws config::FileError if the wheels were recorded, but not for every frame
 void check_drive(const RunData& run);
 
+/// Returns the motion of the body between two readings of the wheels, from their believed sizes; nothing if they have the
+/// same time.
+std::optional<BodyTwist> twist_between(const config::Robot& robot, const DriveRow& before, const DriveRow& after);
+/// Returns the motion of the body before a row of run.frames. The interval before the row is used because an image is
+/// never newer than its stamp. Returns nothing for the first row, and if readings are missing or have the same time.
+std::optional<BodyTwist> twist_at(const RunData& run, std::size_t row);
+
 /// Returns a line of estimate.tum, or nothing if the track has no pose with a heading.
 std::optional<PoseRow> pose_of(const TrackRow& row);
 

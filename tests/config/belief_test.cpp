@@ -66,18 +66,20 @@ TEST(Belief, ZeroIsExact) {
 TEST(Belief, EveryNumberHasItsOwnError) {
   const Robot robot = robot_with("  sigma: {}\n", "  sigma: {wheel_radius_m: 0.001, wheel_ratio: 0.02}\n");
   const BeliefErrors errors = to_belief_errors(robot, good_map());
-  // 2 x 13 of the views, 2 of the rig, 2 x 4 of the landmarks, 3 of the wheels.
-  EXPECT_EQ(errors.vision.rig.cols(), 26 + 2 + 8 + 3);
+  // 2 x 13 of the views, 2 of the rig, 2 x 4 of the landmarks, 3 of the wheels, 2 of the stamps.
+  EXPECT_EQ(errors.vision.rig.cols(), 26 + 2 + 8 + 3 + 2);
   const Eigen::VectorXd sigmas = sigmas_of(errors);
   EXPECT_EQ(sigmas[vision::kSeparation], 0.003);
   EXPECT_EQ(sigmas[int(vision::kRigNumbers) + vision::kTop], 0.002) << "of the first landmark, as its map states";
   EXPECT_EQ(sigmas[int(vision::kRigNumbers) + vision::kLandmarkNumbers + vision::kPlaceX], kTapeSigma.x_m);
   // The wheels: 0.001 of the radius is common to both, half of the ratio's error is on either side.
-  const Eigen::Vector2d common = errors.wheels.rightCols<3>().col(0).head<2>();
+  const Eigen::Matrix3d by_wheels = errors.wheels.rightCols<5>().leftCols<3>();
+  const Eigen::Vector2d common = by_wheels.col(0).head<2>();
   EXPECT_DOUBLE_EQ(common[0], 0.001 / robot.drive.wheel_radius_m);
   EXPECT_DOUBLE_EQ(common[1], common[0]);
-  EXPECT_DOUBLE_EQ(errors.wheels.rightCols<3>()(0, 1), -0.01);
-  EXPECT_DOUBLE_EQ(errors.wheels.rightCols<3>()(1, 1), 0.01);
+  EXPECT_DOUBLE_EQ(by_wheels(0, 1), -0.01);
+  EXPECT_DOUBLE_EQ(by_wheels(1, 1), 0.01);
+  EXPECT_EQ(errors.vision.late.rightCols<2>(), Eigen::Matrix2d(0.01 * Eigen::Matrix2d::Identity()));
 }
 
 TEST(Belief, OneNoteNamesAllThatStatesNone) {

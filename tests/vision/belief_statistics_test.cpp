@@ -195,5 +195,42 @@ TEST(UncertainRig, TheEffectOfErrorsIsThatOfAMovedRig) {
   }
 }
 
+// Catches views that contradict each other because the robot turned between their exposures.
+TEST(UncertainRig, LateImagesOfABodyThatTurnsAreNoContradiction) {
+  constexpr double kLate_s = 0.006;  // the upper image shows the landmark as it was then
+  constexpr double kRadius_m = 0.15, kTop_m = 0.93;
+  const BodyTwist twist{0.2, 1.7};
+  const Rig rig = lab_rig();
+  const Eigen::Vector2d place_m(2.07, -1.13);
+  const Eigen::Vector2d before_m = Eigen::Rotation2Dd(twist.turn_radps * kLate_s) * place_m +
+                                   Eigen::Vector2d(twist.forward_mps * kLate_s, 0);
+  const auto sighting_at = [&](Side side, const Eigen::Vector2d& at_m) {
+    const MirrorView& view = of_view(rig, side);
+    return Sighting{*view.project(*near_top_point(view, at_m, kRadius_m, kTop_m)),
+                    0.03 * 0.03 * Eigen::Matrix2d::Identity(), 0.1};
+  };
+  const Sighting lower = sighting_at(Side::kLower, place_m);
+  const Sighting upper = sighting_at(Side::kUpper, before_m);
+  BySharedErrors<2> late = 0.01 * Eigen::Matrix2d::Identity();
+  const UncertainRig belief{Rig(rig)};
+  const BySharedErrors<kLandmarkNumbers> exact;
+  const auto found = [&](const std::optional<ImageMotion>& motion) {
+    return triangulate(belief, exact, &lower, &upper, kRadius_m, kTop_m, motion);
+  };
+  EXPECT_EQ(found({}).verdict, RangeVerdict::kInconsistent);
+  const Triangulation known = found(ImageMotion{twist, &late});
+  ASSERT_EQ(known.verdict, RangeVerdict::kOk);
+  EXPECT_LT(known.chi_squared, 4);  // 0.4 of the sigma of the difference
+  const double off_rad = *known.bearing_rad - std::atan2(place_m.y(), place_m.x());
+  EXPECT_LT(std::abs(off_rad), 3 * std::sqrt((*known.covariance)(1, 1)));
+  // The bearing is the mean of both views, so that each stamp's error counts by a half.
+  ASSERT_EQ(known.by_shared.cols(), 2);
+  for (const int view : {0, 1}) {
+    EXPECT_NEAR(std::abs(known.by_shared(1, view)), 0.01 * twist.turn_radps / 2, 0.1 * 0.01 * twist.turn_radps);
+  }
+  // A body that stands has no such errors.
+  EXPECT_LT(found(ImageMotion{{}, &late}).by_shared.norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace twocone::vision

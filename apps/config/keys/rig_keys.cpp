@@ -164,6 +164,7 @@ constexpr SigmaKey<RigSigma> kRigSigmaKeys[] = {
     {"tilt_rad", kRadians, &RigSigma::tilt_rad},
     {"axis_offset_m", kMetres, &RigSigma::axis_offset_m},
     {"distortion", kNoUnit, &RigSigma::distortion},
+    {"late_s", kSeconds, &RigSigma::late_s},
 };
 
 constexpr SigmaKey<WheelSigma> kWheelSigmaKeys[] = {
@@ -265,6 +266,7 @@ RigSigma ruler_sigma(const Rig& rig) {
           .azimuth_rad = 3 * kDegree,
           .tilt_rad = 1 * kDegree,
           .axis_offset_m = 0.003,
+          .late_s = 0.01,
           .distortion = 0.02};
 }
 

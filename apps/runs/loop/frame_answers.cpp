@@ -23,7 +23,8 @@ FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, M
 
 Result<localisation::Fix> FrameAnswers::answer(Chain& chain, const Image& lower, const Image& upper,
                                                const runlog::FrameRecord& record, runlog::AnswerRows& rows) const {
-  const auto answer = chain.estimator.answer(lower, upper);
+  const auto twist = last_drive_ ? runlog::twist_between(robot_, *last_drive_, record.drive) : std::nullopt;
+  const auto answer = chain.estimator.answer(lower, upper, twist);
   if (!answer) return answer.error();
   const std::uint64_t frame = record.frame.frame;
   const double t_s = record.frame.t_s;
@@ -43,6 +44,7 @@ Result<localisation::Fix> FrameAnswers::answer(const Image& lower, const Image& 
     const auto baseline = answer(*baseline_, lower, upper, record, baseline_rows_.emplace_back());
     if (!baseline) return baseline.error();
   }
+  last_drive_ = record.drive;
   return fix;
 }
 

@@ -44,6 +44,7 @@ class FrameAnswers {
   std::string why_no_baseline_;
   std::vector<runlog::AnswerRows> baseline_rows_;
   std::vector<runlog::TimingRow> timing_;
+  std::optional<runlog::DriveRow> last_drive_;  ///< of the frame before
 };
 
 }  // namespace twocone::runs

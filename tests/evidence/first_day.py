@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of rendered robots as built (first-day.sh), against the truth that `twocone as-built` wrote.
+
+  first_day.py KIND FOLDER...   KIND: uncalibrated, calibrated or numbers; FOLDER: one robot, with the files of
+                                first-day.sh
+
+Prints lines KEY VALUE. Position errors are given in the map's true frame, and after the rigid motion that brings the
+landmarks of the calibrated map onto the true ones; `floor` is what that motion alone moves the robot's true places.
+"""
+import csv
+import json
+import math
+import os
+import re
+import statistics
+import sys
+
+
+def landmarks(file):
+    rows = re.findall(r"name: (\w+),.*?x_m: ([-+.\de]+), y_m: ([-+.\de]+)", open(file).read())
+    return {name: complex(float(x), float(y)) for name, x, y in rows}
+
+
+def rigid_motion(from_map, to_map):
+    """Returns the motion p -> turn * p + shift of least squares."""
+    names = [n for n in from_map if n in to_map]
+    a, b = [from_map[n] for n in names], [to_map[n] for n in names]
+    mean_a, mean_b = sum(a) / len(a), sum(b) / len(b)
+    turn = sum((p - mean_a).conjugate() * (q - mean_b) for p, q in zip(a, b))
+    turn /= abs(turn)
+    return turn, mean_b - turn * mean_a
+
+
+def frames(run):
+    """Yields each frame of a run: its row of fixes.csv and the true place and heading."""
+    truth = [[float(v) for v in line.split()] for line in open(f"{run}/truth.tum") if not line.startswith("#")]
+    for row, pose in zip(csv.DictReader(open(f"{run}/fixes.csv")), truth):
+        yield row, complex(pose[1], pose[2]), 2 * math.atan2(pose[6], pose[7])
+
+
+def squared_sigmas(off, row):
+    xx, xy, yy = (float(row[k]) for k in ("var_x_m2", "cov_xy_m2", "var_y_m2"))
+    return (yy * off.real**2 - 2 * xy * off.real * off.imag + xx * off.imag**2) / (xx * yy - xy * xy)
+
+
+class Figures:
+    def __init__(self):
+        self.frames = self.fixes = self.beyond_5 = self.beyond_10 = 0
+        self.error, self.aligned, self.floor, self.heading, self.shares, self.silent = [], [], [], [], [], 0
+
+    def add(self, runs, motion):
+        held = fixes = 0
+        for run in runs:
+            for row, place, heading in frames(run):
+                self.frames += 1
+                if row["verdict"] != "ok":
+                    continue
+                fixes += 1
+                fix = complex(float(row["x_m"]), float(row["y_m"]))
+                distance2 = squared_sigmas(fix - place, row)
+                held += distance2 < 5.991
+                self.beyond_5 += distance2 > 25
+                self.beyond_10 += distance2 > 100
+                self.error.append(abs(fix - place))
+                turned = math.remainder(float(row["heading_rad"]) - heading, math.tau)
+                if motion:
+                    turn, shift = motion
+                    self.aligned.append(abs(turn * fix + shift - place))
+                    self.floor.append(abs(turn * place + shift - place))
+                    turned = math.remainder(turned + math.atan2(turn.imag, turn.real), math.tau)
+                self.heading.append(abs(math.degrees(turned)))
+        self.fixes += fixes
+        if fixes:
+            self.shares.append(held / fixes)
+        else:
+            self.silent += 1
+
+    def show(self):
+        mean_mm = lambda values: f"{1e3 * statistics.mean(values):.2f}" if values else "none"
+        robots = len(self.shares)
+        error = statistics.stdev(self.shares) / math.sqrt(robots) if robots > 1 else 0
+        print("robots", robots + self.silent)
+        print("silent", self.silent)
+        print("frames", self.frames)
+        print("fixes_percent", f"{100 * self.fixes / max(1, self.frames):.2f}")
+        print("true_frame_mm", mean_mm(self.error))
+        print("floor_mm", mean_mm(self.floor))
+        print("aligned_mm", mean_mm(self.aligned))
+        print("heading_deg", f"{statistics.mean(self.heading):.4f}" if self.heading else "none")
+        print("held_percent", f"{100 * statistics.mean(self.shares):.1f}" if robots else "none")
+        print("held_error_percent", f"{100 * error:.1f}")
+        print("beyond_5", self.beyond_5)
+        print("beyond_10", self.beyond_10)
+        print("ok", self.fixes)
+
+
+def true_numbers(file):
+    """Returns the true values of a robot as built, by their names in calibration.json."""
+    text = open(file).read()
+    number = lambda key, part: float(re.search(rf"^ *{key}: ([-+.\de]+)$", part, re.M)[1])
+    pair = lambda key, part: [float(v) for v in re.search(rf"^ *{key}: \[(.*?)\]", part, re.M)[1].split(", ")[:2]]
+    rig = re.search(r"^rig:\n((?: .*\n)*)", text, re.M)[1]
+    drive = re.search(r"^drive:\n((?: .*\n)*)", text, re.M)[1]
+    views = re.split(r"^  (?:lower|upper):\n", rig, flags=re.M)
+    views = {"lower": views[1], "upper": views[2]}
+    true = {}
+    for view, part in views.items():
+        true[f"{view}.centre_px.column"], true[f"{view}.centre_px.row"] = pair("centre_px", part)
+        true[f"{view}.tilt_rad.x"], true[f"{view}.tilt_rad.y"] = pair("tilt_rad", part)
+        true[f"{view}.apex_rad"] = float(re.search(r"apex_rad: ([-+.\de]+)", part)[1])
+        for key in ("rim_radius_px", "mirror_radius_m", "lens_to_tip_m"):
+            true[f"{view}.{key}"] = number(key, part)
+    lower, upper = (pair("axis_offset_m", views[v]) for v in ("lower", "upper"))
+    true["upper.axis_offset_minus_lower_m.x"] = upper[0] - lower[0]
+    true["upper.axis_offset_minus_lower_m.y"] = upper[1] - lower[1]
+    true["upper.azimuth_minus_lower_rad"] = number("azimuth_rad", views["upper"]) - number("azimuth_rad", views["lower"])
+    true["mirror_separation_m"], true["lens_height_m"] = number("mirror_separation_m", rig), number("lens_height_m", rig)
+    true["wheel_separation_m"] = number("wheel_separation_m", drive)
+    return true
+
+
+def numbers(folders):
+    """Compares what calibrate observed with the truth. Slip shortens the wheels' way, so their radius is left out."""
+    within = count = 0
+    far = []
+    for folder in folders:
+        if not os.path.exists(f"{folder}/calibrated.calibration.json"):
+            continue
+        true = true_numbers(f"{folder}/built.yaml")
+        for p in json.load(open(f"{folder}/calibrated.calibration.json"))["parameters"]:
+            if not p["observed"] or p["name"] not in true:
+                continue
+            off = p["after"] - true[p["name"]]
+            if p["name"].endswith("minus_lower_rad"):
+                off = math.remainder(off, math.tau)
+            off /= p["sigma"]
+            count += 1
+            within += abs(off) <= 4
+            far.append((abs(off), f"{os.path.basename(folder)} {p['name']} {off:.1f}"))
+    print("count", count)
+    print("within", within)
+    print("farthest", ", ".join(text for _, text in sorted(far)[:-4:-1]))
+
+
+def main():
+    kind, folders = sys.argv[1], sys.argv[2:]
+    if kind == "numbers":
+        return numbers(folders)
+    figures = Figures()
+    for folder in folders:
+        runs, motion = [f"{folder}/drive"], None
+        if kind == "calibrated":
+            runs = [f"{folder}/fresh1", f"{folder}/fresh2"]
+            if os.path.exists(f"{folder}/calibrated.map.yaml"):
+                motion = rigid_motion(landmarks(f"{folder}/calibrated.map.yaml"), landmarks(f"{folder}/built.map.yaml"))
+        runs = [run for run in runs if os.path.exists(f"{run}/fixes.csv")]
+        if runs:
+            figures.add(runs, motion)
+        else:
+            figures.silent += 1
+    figures.show()
+
+
+main()
