@@ -50,8 +50,8 @@ std::string field_of(const std::optional<double>& number) { return number ? fmt:
 
 std::string line_of(const FixRecord& r) {
   const char* const held = !r.in_ellipse ? "" : *r.in_ellipse ? "1" : "0";
-  return fmt::format("{},{},{},{},{},{},{},{},{},{}\n", r.frame, r.truth.x_m, r.truth.y_m, r.truth.heading_rad, r.verdict, field_of(r.error_m), held, field_of(r.bound_m),
-                     r.render_s, r.vision_s);
+  return fmt::format("{},{},{},{},{},{},{},{},{},{}\n", r.frame, r.truth.x_m, r.truth.y_m, r.truth.heading_rad,
+                     r.verdict, field_of(r.error_m), held, field_of(r.bound_m), r.render_s, r.vision_s);
 }
 
 /// Returns nothing for a line that was cut off.
@@ -64,8 +64,8 @@ std::optional<FixRecord> record_of(const std::string& line) {
   const auto x_m = parsed<double>(fields[1]), y_m = parsed<double>(fields[2]), heading_rad = parsed<double>(fields[3]);
   const auto render_s = parsed<double>(fields[8]), vision_s = parsed<double>(fields[9]);
   if (!frame || !x_m || !y_m || !heading_rad || !render_s || !vision_s) return std::nullopt;
-  FixRecord record{*frame, {*x_m, *y_m, *heading_rad}, fields[4], parsed<double>(fields[5]), {}, parsed<double>(fields[7]),
-                   *render_s, *vision_s};
+  FixRecord record{*frame, {*x_m, *y_m, *heading_rad}, fields[4], parsed<double>(fields[5]),
+                   {},     parsed<double>(fields[7]),  *render_s, *vision_s};
   if (!fields[6].empty()) record.in_ellipse = fields[6] == "1";
   return record;
 }
@@ -187,7 +187,8 @@ class FrameTaker {
     const Image upper = image(1, settings_.upper.effects, pose, frame);
     const double rendered_s = estimation::thread_time_s();
     const auto answer = value(estimator.answer(lower, upper));
-    FixRecord record{.frame = frame, .truth = truth, .verdict = std::string(localisation::to_string(answer.fix.verdict))};
+    FixRecord record{
+        .frame = frame, .truth = truth, .verdict = std::string(localisation::to_string(answer.fix.verdict))};
     record.render_s = rendered_s - begin_s;
     record.vision_s = estimation::thread_time_s() - rendered_s;
     if (is_place(answer.fix)) judge(answer.fix, truth, record);

@@ -40,8 +40,8 @@ struct FixRecord {
 
   /// Compares all but the times.
   friend bool operator==(const FixRecord& a, const FixRecord& b) {
-    return a.frame == b.frame && a.truth == b.truth && a.verdict == b.verdict && a.error_m == b.error_m && a.in_ellipse == b.in_ellipse &&
-           a.bound_m == b.bound_m;
+    return a.frame == b.frame && a.truth == b.truth && a.verdict == b.verdict && a.error_m == b.error_m &&
+           a.in_ellipse == b.in_ellipse && a.bound_m == b.bound_m;
   }
 };
 

@@ -92,7 +92,7 @@ struct OutlineRanging::Impl {
   [[nodiscard]] bool is_exact(std::size_t k) const { return belief.is_exact() && by_shared[k].cols() == 0; }
 
   UncertainRig belief;
-  BySharedErrors<2> late;  ///< BeliefErrors::late
+  BySharedErrors<2> late;                                   ///< BeliefErrors::late
   std::vector<BySharedErrors<kLandmarkNumbers>> by_shared;  ///< of each target
   std::vector<Landmark> targets;
   ColourTable table;

@@ -20,8 +20,8 @@ struct Calibration {
 };
 
 /// Returns the names of all that a robot believes: the rig's numbers (vision::RigNumber), the numbers of each landmark
-/// (vision::LandmarkNumber) as "landmark NAME x_m", wheel_radius_m, wheel_ratio, wheel_separation_m, then lower.late_s and
-/// upper.late_s.
+/// (vision::LandmarkNumber) as "landmark NAME x_m", wheel_radius_m, wheel_ratio, wheel_separation_m, then lower.late_s
+/// and upper.late_s.
 std::vector<std::string> belief_names(const Map& map);
 
 /// Returns the numbers themselves, in that order. The wheels' ratio is 1, and no image is believed to be late.

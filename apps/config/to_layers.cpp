@@ -318,7 +318,8 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
     const LandmarkSigma& s = landmark.sigma;
     sigmas.insert(sigmas.end(), {s.x_m, s.y_m, s.top_m, s.radius_m});
   }
-  sigmas.insert(sigmas.end(), {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m, rig.late_s, rig.late_s});
+  sigmas.insert(sigmas.end(),
+                {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m, rig.late_s, rig.late_s});
 
   const Eigen::VectorXd independent = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()));
   Eigen::MatrixXd covariance = independent.cwiseAbs2().asDiagonal();

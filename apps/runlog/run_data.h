@@ -185,8 +185,8 @@ bool has_odometry(const RunData& run);
 /// @throws config::FileError if the wheels were recorded, but not for every frame
 void check_drive(const RunData& run);
 
-/// Returns the motion of the body between two readings of the wheels, from their believed sizes; nothing if they have the
-/// same time.
+/// Returns the motion of the body between two readings of the wheels, from their believed sizes; nothing if they have
+/// the same time.
 std::optional<BodyTwist> twist_between(const config::Robot& robot, const DriveRow& before, const DriveRow& after);
 /// Returns the motion of the body before a row of run.frames. The interval before the row is used because an image is
 /// never newer than its stamp. Returns nothing for the first row, and if readings are missing or have the same time.

@@ -117,7 +117,9 @@ TEST_F(OtherRobot, BringsItsMapUnlessThatIsOfAnotherRoom) {
     return temporary_.write("other.yaml", changed.replace(changed.find(key), key.size(), "map: " + map.string()));
   };
   const std::string hall = TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml";
-  EXPECT_THAT(testing_support::error_of<config::FileError>([&] { copy_run_with({naming(hall), {}}, from_, to_); }),
+  EXPECT_THAT(testing_support::error_of<config::FileError>([&] {
+                copy_run_with({naming(hall), {}}, from_, to_);
+              }),
               testing::AllOf(testing::HasSubstr(hall + " has the landmarks"), testing::HasSubstr("--map")));
   EXPECT_FALSE(std::filesystem::exists(to_)) << "nothing is begun that is refused";
 
@@ -143,7 +145,8 @@ TEST_F(OtherRobot, AMapMayBeOtherAndLaterCommandsNameItToo) {
 
   // Of another room, because it was asked for.
   copy_run_with({{}, TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml"}, from_, to_, true);
-  EXPECT_EQ(runlog::read_run(to_).map.landmarks, config::read_map(TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml").landmarks);
+  EXPECT_EQ(runlog::read_run(to_).map.landmarks,
+            config::read_map(TWOCONE_SOURCE_DIR "/scenes/hall.map.yaml").landmarks);
   EXPECT_THROW(copy_run_with({{}, temporary_.path() / "none.map.yaml"}, from_, to_, true), config::FileError);
 }
 

@@ -202,8 +202,8 @@ TEST(UncertainRig, LateImagesOfABodyThatTurnsAreNoContradiction) {
   const BodyTwist twist{0.2, 1.7};
   const Rig rig = lab_rig();
   const Eigen::Vector2d place_m(2.07, -1.13);
-  const Eigen::Vector2d before_m = Eigen::Rotation2Dd(twist.turn_radps * kLate_s) * place_m +
-                                   Eigen::Vector2d(twist.forward_mps * kLate_s, 0);
+  const Eigen::Vector2d before_m =
+      Eigen::Rotation2Dd(twist.turn_radps * kLate_s) * place_m + Eigen::Vector2d(twist.forward_mps * kLate_s, 0);
   const auto sighting_at = [&](Side side, const Eigen::Vector2d& at_m) {
     const MirrorView& view = of_view(rig, side);
     return Sighting{*view.project(*near_top_point(view, at_m, kRadius_m, kTop_m)),
