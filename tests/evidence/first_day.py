@@ -98,10 +98,10 @@ class Figures:
 def true_numbers(file):
     """Returns the true values of a robot as built, by their names in calibration.json."""
     text = open(file).read()
-    number = lambda key, part: float(re.search(rf"^ *{key}: ([-+.\de]+)$", part, re.M)[1])
+    number = lambda key, part: float(re.search(rf"\b{key}: ([-+.\de]+)", part)[1])
     pair = lambda key, part: [float(v) for v in re.search(rf"^ *{key}: \[(.*?)\]", part, re.M)[1].split(", ")[:2]]
     rig = re.search(r"^rig:\n((?: .*\n)*)", text, re.M)[1]
-    drive = re.search(r"^drive:\n((?: .*\n)*)", text, re.M)[1]
+    drive = re.search(r"^drive:.*\n((?: .*\n)*)", text, re.M)[0]
     views = re.split(r"^  (?:lower|upper):\n", rig, flags=re.M)
     views = {"lower": views[1], "upper": views[2]}
     true = {}
