@@ -46,6 +46,7 @@ for seed in $(seq 1 "$rendered"); do
   for robot in lab hall workshop; do
     folder=$work/robots/${robot}_$seed
     step "robot_${robot}_$seed" tests/evidence/robot_as_built.sh "$twocone" "robots/${robot}_sim.yaml" "$seed" "$folder"
+    [ -f "$work/robot_${robot}_$seed.status" ] || continue # not run
     folders+=("$folder")
     if ((seed % 2)); then beyond+=("$folder"); else inside+=("$folder"); fi # odd seeds have what no model has
   done

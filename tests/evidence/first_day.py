@@ -8,6 +8,7 @@
 Prints lines KEY VALUE. Position errors are given in the map's true frame, and after the rigid motion that brings the
 landmarks of the calibrated map onto the true ones; `floor` is what that motion alone moves the robot's true places.
 """
+import cmath
 import csv
 import json
 import math
@@ -63,13 +64,13 @@ class Figures:
                 self.beyond_5 += distance2 > 25
                 self.beyond_10 += distance2 > 100
                 self.error.append(abs(fix - place))
-                turned = math.remainder(float(row["heading_rad"]) - heading, math.tau)
+                turn, shift = motion or (1, 0)
                 if motion:
-                    turn, shift = motion
                     self.aligned.append(abs(turn * fix + shift - place))
                     self.floor.append(abs(turn * place + shift - place))
-                    turned = math.remainder(turned + math.atan2(turn.imag, turn.real), math.tau)
-                self.heading.append(abs(math.degrees(turned)))
+                if row["heading_rad"]:
+                    turned = float(row["heading_rad"]) - heading + cmath.phase(turn)
+                    self.heading.append(abs(math.degrees(math.remainder(turned, math.tau))))
         self.fixes += fixes
         if fixes:
             self.shares.append(held / fixes)
