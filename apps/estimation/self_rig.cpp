@@ -241,6 +241,11 @@ std::string what_to_change(const vision::SelfRig& found) {
           kCameraNames[i]);
     }
   }
+  // The colours of something else were taken for landmarks, within the circle that the file believes.
+  for (const std::size_t i : {0, 1}) {
+    const MirrorVerdict verdict = found.views[i].mirror.verdict;
+    if (verdict != MirrorVerdict::kFound) return what_to_change(verdict, kCameraNames[i]);
+  }
   if (!found.exchanged.value) {
     return "the images do not show which camera looks into the upper mirror: the tops of the landmarks must be higher "
            "than both mirrors' tips, and rig.mirror_separation_m and the map's top_m must be right";
