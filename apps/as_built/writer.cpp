@@ -93,7 +93,7 @@ Files write(const AsBuilt& drawn, const std::filesystem::path& folder) {
     throw BadPlan("{}: scene is missing: the POV-Ray file, a copy of which gets the robot",
                   drawn.built_map.file.string());
   }
-  const Files files = files_in(folder);
+  Files files = files_in(folder);
   const std::string room = room_text(*drawn.built_map.scene);
   std::string scene = room + fmt::format(
                                  "\n// ---- above: a copy of {} without robot and landmarks\n// {} as built, "

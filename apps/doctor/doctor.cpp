@@ -181,8 +181,11 @@ class Examination {
       if (!camera) return report_.add(failed_row(name, "opens", camera.error(), camera_advice(camera.error().code)));
       if (rim) works_.push_back(name);
       auto image = check_camera({name, part, rim}, **camera, options_.seconds, surroundings_, report_);
-      if (name == "lower") lower_ = std::move(image);
-      if (name == "upper") upper_ = std::move(image);
+      if (name == "lower") {
+        lower_ = std::move(image);
+      } else if (name == "upper") {
+        upper_ = std::move(image);
+      }
     });
   }
 
