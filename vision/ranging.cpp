@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 namespace twocone::vision {
 
 std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m,
@@ -13,6 +15,11 @@ std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eige
   if (!std::isfinite(distance_m) || !std::isfinite(top_m) || !(distance_m > radius_m)) return std::nullopt;
   const Eigen::Vector2d near_m = p_BL_m - from_axis * (radius_m / distance_m);
   return Eigen::Vector3d(near_m.x(), near_m.y(), top_m);
+}
+
+Eigen::Vector2d place_after(const Eigen::Vector2d& p_BL_m, const BodyTwist& twist, double time_s) {
+  // The body moves forward and turns, so a fixed object moves backward and turns the other way.
+  return Eigen::Rotation2Dd(-twist.turn_radps * time_s) * (p_BL_m - Eigen::Vector2d(twist.forward_mps * time_s, 0));
 }
 
 std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray& ray, double radius_m, double top_m) {

@@ -37,6 +37,10 @@ std::optional<Eigen::Vector2d> axis_at_height(const MirrorView& view, const Ray&
 std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eigen::Vector2d& p_BL_m, double radius_m,
                                               double top_m);
 
+/// Returns where a place that stands in the world is in the body's frame after the body has moved on for `time_s`,
+/// which may be negative. The way is taken as straight, and the turn at its end.
+Eigen::Vector2d place_after(const Eigen::Vector2d& p_BL_m, const BodyTwist& twist, double time_s);
+
 /// The reason why a range is given or withheld.
 enum class RangeVerdict {
   kOk,

@@ -297,12 +297,9 @@ Eigen::Vector2d image_velocity(const MirrorView& view, const BodyTwist& twist, c
                                double radius_m, double top_m) {
   // A central difference over a time in which the body moves by less than a millimetre.
   constexpr double kStep_s = 1e-3;
-  // What stands in the world moves in the body's frame by -(v + w x p).
-  const Eigen::Vector2d step_m =
-      kStep_s * Eigen::Vector2d(twist.turn_radps * p_BL_m.y() - twist.forward_mps, -twist.turn_radps * p_BL_m.x());
   std::array<Eigen::Vector2d, 2> pixels;
   for (int i = 0; i < 2; ++i) {
-    const auto near_m = near_top_point(view, p_BL_m + (i == 0 ? -step_m : step_m), radius_m, top_m);
+    const auto near_m = near_top_point(view, place_after(p_BL_m, twist, i == 0 ? -kStep_s : kStep_s), radius_m, top_m);
     const auto shown = near_m ? view.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
     if (!shown) return Eigen::Vector2d::Zero();
     pixels[std::size_t(i)] = shown->pixel_px;

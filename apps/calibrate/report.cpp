@@ -203,7 +203,7 @@ nlohmann::ordered_json belief_of(const Report& report) {
   covariance(ratio, ratio) = variance;
 
   std::vector<std::string> names = config::belief_names(map);
-  names.resize(std::size_t(count));  // the stamps at its end are not calibrated
+  names.resize(names.size() - config::kLateNumbers);  // the stamps at its end are not calibrated
   const Eigen::VectorXd rig = vision::numbers_of(report.after);
   std::vector<double> values(rig.begin(), rig.end());
   for (const Landmark& l : report.result.landmarks) {

@@ -62,12 +62,9 @@ Status render_again(const Settings& settings, const std::filesystem::path& scene
 
 /// Returns the real run's robot file with the rig and the wheels that its calibration found. It contains all numbers of
 /// the calibration, not only those that differ, because they belong together. Requires Outcome::calibration.
-/// It names covariance_file(new_file), which holds calibrate::to_json of Outcome::calibration.
+/// It names config::calibration_file_of(new_file), which holds calibrate::to_json of Outcome::calibration.
 /// @throws config::FileError as config::robot_text
 std::string corrected_robot(const Outcome& outcome, const std::filesystem::path& new_file);
-
-/// Returns the name of the file with the covariance that a corrected robot file names.
-std::filesystem::path covariance_file(const std::filesystem::path& new_file);
 
 /// Returns the simulated run's robot file, changed so that its next run behaves like the real one. It keeps its own
 /// `rig:`, which is that of its scene. For the sources that differ it contains the frame rate, the wheels, slip, and as

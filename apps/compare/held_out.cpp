@@ -30,9 +30,7 @@ vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorV
                          const Eigen::Vector2d& in_body_m, const Landmark& target, const BodyTwist& twist,
                          double by_s) {
   vision::Sighting moved = sighting;
-  // The body moves forward and turns, so a fixed object moves backward and turns the other way.
-  const Eigen::Vector2d later_m =
-      Eigen::Rotation2Dd(-twist.turn_radps * by_s) * (in_body_m - Eigen::Vector2d(twist.forward_mps * by_s, 0));
+  const Eigen::Vector2d later_m = vision::place_after(in_body_m, twist, by_s);
   const auto point = vision::near_top_point(view, in_body_m, target.radius_m, target.top_m);
   const auto then = vision::near_top_point(view, later_m, target.radius_m, target.top_m);
   const auto here = point ? view.project_with_jacobian(*point, vision::Rim::kGoesOn) : std::nullopt;

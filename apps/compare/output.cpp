@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/compare/compare.h"
+#include "apps/config/calibration_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/report/kit/plain_text.h"
 #include "apps/runlog/version.h"
@@ -228,14 +229,10 @@ std::string to_json(const Comparison& comparison) {
   return json.dump(2) + "\n";
 }
 
-std::filesystem::path covariance_file(const std::filesystem::path& new_file) {
-  return new_file.parent_path() / (new_file.stem().string() + ".calibration.json");
-}
-
 std::string corrected_robot(const Outcome& outcome, const std::filesystem::path& new_file) {
   config::Robot robot = outcome.comparison.real_robot;
   robot.rig = outcome.calibration->rig;
-  robot.rig.calibration = covariance_file(new_file);
+  robot.rig.calibration = config::calibration_file_of(new_file);
   robot.drive.wheel_radius_m = outcome.calibration->drive.wheel_radius_m;
   robot.drive.wheel_separation_m = outcome.calibration->drive.wheel_separation_m;
   robot.drive.sigma = outcome.calibration->drive.sigma;

@@ -15,8 +15,8 @@
 namespace twocone::config {
 namespace {
 
-constexpr std::array kWheelNames{"wheel_radius_m", "wheel_ratio", "wheel_separation_m"};
-constexpr std::array kLateNames{"lower.late_s", "upper.late_s"};
+constexpr std::array<const char*, kWheelNumbers> kWheelNames{"wheel_radius_m", "wheel_ratio", "wheel_separation_m"};
+constexpr std::array<const char*, kLateNumbers> kLateNames{"lower.late_s", "upper.late_s"};
 
 /// Numbers are written with all their digits, and the robot file has its own text of each.
 bool is_same(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max({1.0, std::abs(a), std::abs(b)}); }
@@ -32,10 +32,13 @@ Value value_of(const nlohmann::json& belief, const char* key, const std::filesys
 
 }  // namespace
 
+std::filesystem::path calibration_file_of(const std::filesystem::path& robot_file) {
+  return robot_file.parent_path() / (robot_file.stem().string() + ".calibration.json");
+}
+
 std::vector<std::string> belief_names(const Map& map) {
   std::vector<std::string> names;
-  names.reserve(vision::kRigNumbers + vision::kLandmarkNumbers * map.landmarks.size() + kWheelNames.size() +
-                kLateNames.size());
+  names.reserve(vision::kRigNumbers + vision::kLandmarkNumbers * map.landmarks.size() + kWheelNumbers + kLateNumbers);
   for (int i = 0; i < vision::kRigNumbers; ++i) names.push_back(vision::rig_number_name(i));
   for (const Landmark& landmark : map.landmarks) {
     for (const char* number : {"x_m", "y_m", "top_m", "radius_m"}) {
@@ -49,14 +52,14 @@ std::vector<std::string> belief_names(const Map& map) {
 
 Eigen::VectorXd belief_values(const Robot& robot, const Map& map) {
   const auto count = vision::kLandmarkNumbers * Eigen::Index(map.landmarks.size());
-  Eigen::VectorXd values(vision::kRigNumbers + count + Eigen::Index(kWheelNames.size() + kLateNames.size()));
+  Eigen::VectorXd values(vision::kRigNumbers + count + kWheelNumbers + kLateNumbers);
   values.head<vision::kRigNumbers>() = vision::numbers_of(to_assumed_rig(robot));
   Eigen::Index at = vision::kRigNumbers;
   for (const Landmark& l : map.landmarks) {
     values.segment<vision::kLandmarkNumbers>(at) << l.x_m, l.y_m, l.top_m, l.radius_m;
     at += vision::kLandmarkNumbers;
   }
-  values.tail(5) << robot.drive.wheel_radius_m, 1, robot.drive.wheel_separation_m, 0, 0;
+  values.tail<kWheelNumbers + kLateNumbers>() << robot.drive.wheel_radius_m, 1, robot.drive.wheel_separation_m, 0, 0;
   return values;
 }
 
@@ -135,13 +138,13 @@ Eigen::MatrixXd belief_covariance(const Calibration& calibration, const Robot& r
                     k >= 0 ? fmt::format("{}", calibration.values[k]) : "none");
   }
   take(0, vision::kRigNumbers);
-  const Eigen::Index wheels = count - Eigen::Index(kWheelNames.size() + kLateNames.size());
+  const Eigen::Index wheels = count - kWheelNumbers - kLateNumbers;
   for (Eigen::Index at = vision::kRigNumbers; at < wheels; at += vision::kLandmarkNumbers) {
     bool is_there = true;
     for (Eigen::Index i = at; i < at + vision::kLandmarkNumbers; ++i) is_there = is_there && agrees(i);
     if (is_there) take(at, vision::kLandmarkNumbers);
   }
-  if (agrees(wheels) && agrees(wheels + 1) && agrees(wheels + 2)) take(wheels, 3);
+  if (agrees(wheels) && agrees(wheels + 1) && agrees(wheels + 2)) take(wheels, kWheelNumbers);
   Eigen::MatrixXd covariance = sigmas.cwiseAbs2().asDiagonal();
   covariance(here, here) = calibration.covariance(there, there);
   return covariance;

@@ -19,6 +19,12 @@ struct Calibration {
   Eigen::MatrixXd covariance;      ///< of their errors, symmetric and positive semi-definite
 };
 
+/// Numbers of the wheels and of the stamps at the end of belief_names().
+constexpr int kWheelNumbers = 3, kLateNumbers = 2;
+
+/// Returns the name of the calibration that belongs to a robot file: STEM.calibration.json beside it.
+std::filesystem::path calibration_file_of(const std::filesystem::path& robot_file);
+
 /// Returns the names of all that a robot believes: the rig's numbers (vision::RigNumber), the numbers of each landmark
 /// (vision::LandmarkNumber) as "landmark NAME x_m", wheel_radius_m, wheel_ratio, wheel_separation_m, then lower.late_s
 /// and upper.late_s.

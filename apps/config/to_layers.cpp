@@ -337,8 +337,8 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
   Eigen::Matrix3d by_sizes;  // of left radius share, right radius share, separation
   const double per_radius = 1 / robot.drive.wheel_radius_m;
   by_sizes << per_radius, -0.5, 0, per_radius, 0.5, 0, 0, 0, 1;
-  errors.wheels = by_sizes * by_shared.bottomRows(5).topRows(3);
-  errors.vision.late = by_shared.bottomRows(2);
+  errors.wheels = by_sizes * by_shared.bottomRows<kWheelNumbers + kLateNumbers>().topRows<kWheelNumbers>();
+  errors.vision.late = by_shared.bottomRows<kLateNumbers>();
   return errors;
 }
 

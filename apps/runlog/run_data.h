@@ -235,12 +235,13 @@ std::filesystem::path results_folder(const std::filesystem::path& run, const std
 void write_run_yaml(const std::filesystem::path& folder, const RunInfo& info, const config::Robot& robot,
                     const std::filesystem::path& map_file);
 
-/// Files of what is believed, instead of what a run was made with. An empty one leaves the run's.
+/// Files of what is believed, instead of what a run was made with. Empty: as in the run, or as the robot file says.
 struct OtherBeliefs {
   std::filesystem::path robot_file, map_file;
 };
 
 /// Writes run.yaml of `to` as that of `from`, with other beliefs and an event that reports them.
+/// @param other names the map
 /// @throws DiskError, config::FileError
 void write_run_yaml_for(const OtherBeliefs& other, const std::filesystem::path& from, const std::filesystem::path& to);
 

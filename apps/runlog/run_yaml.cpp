@@ -53,6 +53,11 @@ std::vector<config::KeyChange> robot_changes(const YAML::Node& node, const fs::p
   return changes;
 }
 
+void set_map(YAML::Node& node, const fs::path& map_file) {
+  node["map_file"] = absolute_text(map_file);
+  node["map"] = config::load_map_node(map_file);
+}
+
 void write_again(const fs::path& folder, const YAML::Node& node) {
   YAML::Emitter out;
   out << YAML::Comment(kComment) << node;
@@ -179,15 +184,12 @@ void write_run_yaml_for(const OtherBeliefs& other, const fs::path& from, const f
     node.remove("robot_changes");
     event += fmt::format(", evaluated with the rig and the wheels of {}", absolute_text(other.robot_file));
   }
-  if (!other.map_file.empty()) {
-    const std::string map_file = absolute_text(other.map_file);
-    node["map_file"] = map_file;
-    node["map"] = config::load_map_node(other.map_file);
-    event += fmt::format("{} with the map {}", other.robot_file.empty() ? ", evaluated" : " and", map_file);
-    if (node["robot"]["map"].as<std::string>("") != map_file) {
-      node["robot"]["map"] = map_file;
-      node["robot_changes"].push_back(config::to_string(config::KeyChange{"map", map_file}));
-    }
+  const std::string map_file = absolute_text(other.map_file);
+  set_map(node, other.map_file);
+  event += fmt::format("{} with the map {}", other.robot_file.empty() ? ", evaluated" : " and", map_file);
+  if (node["robot"]["map"].as<std::string>("") != map_file) {
+    node["robot"]["map"] = map_file;
+    node["robot_changes"].push_back(config::to_string(config::KeyChange{"map", map_file}));
   }
   node["events"].push_back(event);
   write_again(to, node);
@@ -196,8 +198,7 @@ void write_run_yaml_for(const OtherBeliefs& other, const fs::path& from, const f
 void write_run_yaml_for_map(const fs::path& from, const fs::path& map_file, const std::string& event,
                             const fs::path& to) {
   YAML::Node node = load(file_of(from));
-  node["map_file"] = absolute_text(map_file);
-  node["map"] = config::load_map_node(map_file);
+  set_map(node, map_file);
   node["events"].push_back(event);
   write_again(to, node);
 }

@@ -128,9 +128,8 @@ void refuse_other_rooms(const runlog::RunData& run, const config::Robot& robot, 
   const auto before = names_of(run.map), now = names_of(map);
   if (now == before) return;
   throw config::FileError(
-      "{}: map: {} has the landmarks {}, and the map with which {} was made has {}: another room; if it is the map "
-      "that "
-      "you want, name it with --map",
+      "{}: map: {} has the landmarks {}, and the map with which {} was made has {}: another room; if it is "
+      "the map that you want, name it with --map",
       robot.file.string(), map.file.string(), fmt::join(now, ", "), run.folder.string(), fmt::join(before, ", "));
 }
 

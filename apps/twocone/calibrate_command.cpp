@@ -13,6 +13,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/calibrate/calibrate.h"
+#include "apps/config/calibration_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
@@ -115,7 +116,7 @@ void calibrate_with(CalibrateArguments options) {
   for (const std::string& prior : options.priors) set_prior(prior, checked);
   // The names contain that of the robot file, because two calibrations may share a folder.
   const std::string stem = options.out.stem().string();
-  if (options.json.empty()) options.json = options.out.parent_path() / (stem + ".calibration.json");
+  if (options.json.empty()) options.json = config::calibration_file_of(options.out);
   const std::filesystem::path map = options.out.parent_path() / (stem + ".map.yaml");
   std::vector<std::filesystem::path> results{options.out, options.json, map};
   if (!options.figures.empty()) {

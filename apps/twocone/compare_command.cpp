@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "apps/compare/compare.h"
+#include "apps/config/calibration_file.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/twocone/commands.h"
@@ -50,7 +51,7 @@ void check(const CompareArguments& options) {
   }
   if (options.write_robot.empty() || options.force) return;
   refuse_overwriting(
-      {options.write_robot, compare::covariance_file(options.write_robot), twin_of(options.write_robot)});
+      {options.write_robot, config::calibration_file_of(options.write_robot), twin_of(options.write_robot)});
 }
 
 /// Returns the name of a folder, also if a slash ends its path.
@@ -64,7 +65,7 @@ void write_robots(const CompareArguments& options, const compare::Outcome& outco
     throw CommandFailed("no robot file is written: the real run does not determine its rig (see the notes above)");
   }
   // Written before the robot file that names it.
-  runlog::write_whole(compare::covariance_file(options.write_robot), calibrate::to_json(*outcome.calibration));
+  runlog::write_whole(config::calibration_file_of(options.write_robot), calibrate::to_json(*outcome.calibration));
   runlog::write_whole(options.write_robot, compare::corrected_robot(outcome, options.write_robot));
   fmt::print("robot   {}\n", options.write_robot.string());
   if (options.settings.is_rendered) return;  // a rendered comparison uses the real robot file and has no twin

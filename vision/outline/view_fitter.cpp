@@ -392,8 +392,7 @@ void ViewFitter::fit_fine(const OutlineTask& task, const Common& common) const {
     fit(task, start, common.reach, common.noise, {common.blur_px, common.blur_px, kConverged_px}, 1);
     if (!task.look.fit) return;
     const OutlineFit& fit = *task.look.fit;
-    task.look.one_ray.reset();
-    if (common.is_one_ray) task.look.one_ray = fit_one_ray(task.edge_samples, fit);
+    task.look.one_ray = common.is_one_ray ? fit_one_ray(task.edge_samples, fit) : std::nullopt;
     const Eigen::Vector2d step = task.look.one_ray ? task.look.one_ray->by_tolerance.front().step : fit.step;
     if (step_px(fit.outline, step) <= kFineStep_px) return;
     start.range_m += step.x();
