@@ -207,7 +207,8 @@ const Refusal kRefusals[] = {
        for (int i = 0; i < 60; ++i) {
          const cv::Rect box(int(random() % std::uint32_t(bgr.cols)), int(random() % std::uint32_t(bgr.rows)),
                             20 + int(random() % 120), 20 + int(random() % 90));
-         bgr(box & cv::Rect({}, bgr.size())).setTo(cv::Scalar(random() % 256, random() % 256, random() % 256));
+         bgr(box & cv::Rect({}, bgr.size()))
+             .setTo(cv::Scalar(double(random() % 256), double(random() % 256), double(random() % 256)));
        }
      }},
     {"frozen camera lower", "camera lower repeats one image",

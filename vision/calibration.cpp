@@ -31,7 +31,8 @@ constexpr int kRobustRounds = 8;
 constexpr int kScaleRounds = 4;
 constexpr double kMostOutliers = 1.0 / 3;
 // Sightings are accurate to a fraction of a pixel, and no rig is this many sigmas from its prior. Beyond either limit
-// the map, the names or the views differ from those of the problem.
+// the map, the names or the views differ from those of the problem. Times may be: cameras deliver images much later
+// than anybody expects.
 constexpr double kMostScatter_px = 2;
 constexpr double kMostPriorSigmas = 6;
 
@@ -188,7 +189,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   }
 
   settings.hold_all = false;
-  settings.held = data.model.constants();
+  settings.held = data.model.fixed;
   if (!minimise_robustly(data, settings, state)) return result;
   result.outliers = mark_outliers(data, state, robust_scale(data, state));
   if (double(result.outliers) > kMostOutliers * double(data.sightings.size())) return result;
@@ -225,7 +226,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
                                                     [side](const SightingRow& r) { return r.side == side && r.used; }));
   }
   if (std::max(result.rms_after_px[0], result.rms_after_px[1]) > kMostScatter_px) return result;
-  if (state.unknowns.cwiseAbs().maxCoeff() > kMostPriorSigmas) return result;
+  if (state.unknowns.head<kLatency>().cwiseAbs().maxCoeff() > kMostPriorSigmas) return result;
   result.sighting_scale = settings.sighting_scale;
   result.systematic_px = settings.systematic_px;
   if (!data.wheels.empty()) {
@@ -239,7 +240,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   const Shared numbers = data.model.numbers(state.unknowns);
   try {
     result.rig = Rig{to_view(data.model, numbers, problem.rig.lower.settings(), Side::kLower),
-                     to_view(data.model, numbers, problem.rig.upper.settings(), Side::kUpper)};
+                     to_view(data.model, numbers, problem.rig.upper.settings(), Side::kUpper), to_exposures(numbers)};
   } catch (const std::invalid_argument&) {
     return result;  // parameters outside the domain of a rig
   }

@@ -73,13 +73,13 @@ struct CalibrationPriors {
   double wheel_radius_share = 0.03;  ///< of both together
   double wheel_ratio = 0.01;         ///< right over left
   double wheel_separation_m = 0.005;
-  double latency_s = 0.1;  ///< as the next two: about 0, and used with CalibrationProblem::fit_timing only
+  double latency_s = 0.1;  ///< as the next two: used with CalibrationProblem::fit_timing only
   double skew_s = 0.03;
   double readout_s = 0.04;
 };
 
 struct CalibrationProblem {
-  Rig rig;  ///< as believed before the calibration
+  Rig rig;  ///< as believed before the calibration; its exposures are those of the frames' sightings
   std::optional<WheelBelief> wheels;
   /// Landmark::sigma is the prior of their places, tops and radii, which are estimated, too; 0: that number is trusted.
   std::vector<Landmark> landmarks;
@@ -89,6 +89,9 @@ struct CalibrationProblem {
   /// Also estimates k1 and k2 of both lenses. For a rig without distortion, they are about the believed centre, in
   /// units of the believed focal length.
   bool fit_distortion = false;
+  /// Standard deviation of k1 and k2 where they are not estimated: their errors count in the sigmas of what is
+  /// estimated, above all of the rims. 0: they are exact. >= 0.
+  double distortion_sigma = 0;
   /// Least standard deviation, px, of the error that sightings share in one view: those of one landmark, of one ring of
   /// the image, and of one landmark in one ring, radially and tangentially. It comes from light from one side and from
   /// a renderer's edges. Many frames do not average it out. A larger value is used where the residuals show one. >= 0.
@@ -147,7 +150,7 @@ struct CalibrationResult {
   static constexpr std::size_t kMinFrames = 4;
 
   CalibrationVerdict verdict = CalibrationVerdict::kTooFewFrames;
-  std::optional<Rig> rig;             ///< given with kOk
+  std::optional<Rig> rig;             ///< given with kOk; with the exposures that were found or kept
   std::optional<WheelBelief> wheels;  ///< given with kOk if the problem has wheels; the radius is the mean of both
   std::vector<CalibratedParameter> parameters;
   /// Covariance of `after` of all parameters, in their order, derived ones included. A parameter that is not observed
@@ -159,8 +162,8 @@ struct CalibrationResult {
   std::vector<Landmark> landmarks;      ///< those of the problem, with the estimated places, tops and radii
   /// Joint covariance of all that is believed afterwards, of what was found and of what was kept: the rig's numbers
   /// (RigNumber; the upper view's azimuth and offset are its own), then the kLandmarkNumbers of each of `landmarks`,
-  /// then the wheels' mean radius (m), their ratio and their separation (m). A number that was taken as exact has
-  /// variance 0.
+  /// then the wheels' mean radius (m), their ratio and their separation (m), then the TimeNumbers (s). A number that
+  /// was taken as exact has variance 0.
   Eigen::MatrixXd belief_covariance;
   static constexpr int kWheelNumbers = 3;
   /// x m, y m, heading rad in the world for each frame of the problem: the pose at which its lower image with
@@ -220,14 +223,14 @@ bool can_calibrate();
 /// 0.5 m/s^2 and 25 ms. In the wheels' rows the poses at both ends are moved in this way by the latency; with
 /// fit_timing a row is left out if one of its ends has no twist.
 ///
-/// A parameter that the data determine less well than its prior is held at the prior, the worst first. It then counts
-/// as an uncertain constant in the sigmas of the others ("consider" covariance: Schmidt 1966; Bierman 1977, ch. 8).
-/// Outliers are found with a Cauchy loss whose scale shrinks. Then sightings beyond kOutlierSigmas are left out, and
-/// the rest is solved by plain least squares.
+/// A parameter that the data determine less well than its prior is held at the prior, the worst first. It then counts,
+/// as does a lens that is not estimated, as an uncertain constant in the sigmas of the others ("consider" covariance:
+/// Schmidt 1966; Bierman 1977, ch. 8). Outliers are found with a Cauchy loss whose scale shrinks. Then sightings beyond
+/// kOutlierSigmas are left out, and the rest is solved by plain least squares.
 /// @throws std::invalid_argument naming each value outside its domain: a landmark's index, place, top or radius, a
 /// pixel that is not finite, a covariance that is not positive definite, priors and wheels that are not > 0, wheel
 /// readings that are not finite or run backwards, twists and times that are not finite, a rim's circle or sigmas, a
-/// systematic_px or height_px that is not >= 0
+/// systematic_px, distortion_sigma or height_px that is not >= 0
 CalibrationResult calibrate(const CalibrationProblem& problem);
 
 /// A landmark's shift minus the shift that the best common translation, rotation and scale of the other landmarks

@@ -199,10 +199,22 @@ auto& of_view(Parts& parts, Side side) {
   return side == Side::kLower ? parts.lower : parts.upper;
 }
 
-/// The two mirrors of one robot, one above the other, on one axis except for their tilts and offsets.
+/// When the rows of a camera's image are exposed, relative to the stamp of the image.
+struct ExposureTimes {
+  double late_s = 0;     ///< how much later than the stamp the middle row is exposed
+  double readout_s = 0;  ///< from the exposure of the first row to that of the last row: a rolling shutter
+
+  friend bool operator==(const ExposureTimes&, const ExposureTimes&) = default;
+};
+/// Returns how much later than the middle row a row is exposed, as a share of the readout time: -1/2 to 1/2.
+inline double readout_share(double row_px, int height_px) { return height_px > 1 ? row_px / (height_px - 1) - 0.5 : 0; }
+
+/// The two mirrors of one robot, one above the other, on one axis except for their tilts and offsets, and the times at
+/// which their cameras expose.
 struct Rig {
   MirrorView lower;
   MirrorView upper;
+  std::array<ExposureTimes, 2> exposures{};  ///< by Side
 
   /// Returns s, the height of the upper tip over the lower one, in metres.
   [[nodiscard]] double mirror_separation_m() const;

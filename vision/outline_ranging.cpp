@@ -64,7 +64,7 @@ struct OutlineRanging::Impl {
   Impl(const Rig& the_rig, const std::vector<Landmark>& all, cv::Size lower_size, cv::Size upper_size,
        const std::vector<std::size_t>& which, const BeliefErrors& errors)
       : belief(the_rig, errors.rig),
-        late(errors.late),
+        times(errors.times),
         by_shared(errors.landmarks.empty() ? std::vector<BySharedErrors<kLandmarkNumbers>>(all.size())
                                            : errors.landmarks),
         targets(all),
@@ -82,17 +82,56 @@ struct OutlineRanging::Impl {
     }
   }
 
+  /// Returns how much later than the frame's time a sighting is believed to be exposed, s.
+  [[nodiscard]] double late_s(std::size_t view, const Sighting& seen, const FrameMotion& motion) const {
+    const auto& [stamp_late_s, readout_s] = belief.rig().exposures[view];
+    return (view == 1 ? motion.upper_later_s : 0) + stamp_late_s + share(view, seen) * readout_s;
+  }
+
   /// @param lower,upper null where the view does not show the landmark
   [[nodiscard]] Triangulation place(std::size_t k, const Sighting* lower, const Sighting* upper,
-                                    const std::optional<double>& top_m, const std::optional<BodyTwist>& twist) const {
-    std::optional<ImageMotion> motion;
-    if (twist && late.cols() > 0) motion = ImageMotion{*twist, &late};
-    return triangulate(belief, by_shared[k], lower, upper, targets[k].radius_m, top_m, motion);
+                                    const std::optional<double>& top_m,
+                                    const std::optional<FrameMotion>& motion) const {
+    if (!motion) return triangulate(belief, by_shared[k], lower, upper, targets[k].radius_m, top_m);
+    std::array<const Sighting*, 2> seen{lower, upper};
+    std::array<Sighting, 2> at_frame;
+    BySharedErrors<2> late = BySharedErrors<2>::Zero(2, times.cols());
+    for (std::size_t view = 0; view < 2; ++view) {
+      if (seen[view] == nullptr) continue;
+      late.row(Eigen::Index(view)) =
+          times.row(kLateOfLower + int(view)) + share(view, *seen[view]) * times.row(kReadoutOfLower + int(view));
+      const MirrorView& mirror = of_view(belief.rig(), Side(view));
+      at_frame[view] = *seen[view];
+      at_frame[view].pixel_px =
+          pixel_at_frame(mirror, seen[view]->pixel_px, targets[k], motion->twist, late_s(view, *seen[view], *motion));
+      seen[view] = &at_frame[view];
+    }
+    const auto doubt = late.cols() > 0 ? std::optional(ImageMotion{motion->twist, &late}) : std::nullopt;
+    return triangulate(belief, by_shared[k], seen[0], seen[1], targets[k].radius_m, top_m, doubt);
+  }
+
+  /// Returns the outline of a landmark in one view, at the time at which it is exposed there.
+  /// @param at_frame at the frame's time
+  [[nodiscard]] Cylinder when_exposed(std::size_t view, const Cylinder& at_frame,
+                                      const std::optional<FrameMotion>& motion) const {
+    if (!motion) return at_frame;
+    const MirrorView& mirror = of_view(belief.rig(), Side(view));
+    const Eigen::Vector2d place_m =
+        at_frame.range_m * Eigen::Vector2d(std::cos(at_frame.bearing_rad), std::sin(at_frame.bearing_rad));
+    const auto near_m = near_top_point(mirror, place_m, at_frame.radius_m, at_frame.top_m);
+    const auto pixel_px = near_m ? mirror.project(*near_m) : std::nullopt;
+    if (!pixel_px) return at_frame;
+    const Eigen::Vector2d then_m = place_after(place_m, motion->twist, late_s(view, Sighting{*pixel_px}, *motion));
+    return {then_m.norm(), std::atan2(then_m.y(), then_m.x()), at_frame.radius_m, at_frame.top_m};
   }
   [[nodiscard]] bool is_exact(std::size_t k) const { return belief.is_exact() && by_shared[k].cols() == 0; }
 
+  [[nodiscard]] double share(std::size_t view, const Sighting& seen) const {
+    return readout_share(seen, views[view].size().height);
+  }
+
   UncertainRig belief;
-  BySharedErrors<2> late;                                   ///< BeliefErrors::late
+  BySharedErrors<kTimeNumbers> times;                       ///< BeliefErrors::times
   std::vector<BySharedErrors<kLandmarkNumbers>> by_shared;  ///< of each target
   std::vector<Landmark> targets;
   ColourTable table;
@@ -103,8 +142,8 @@ struct OutlineRanging::Impl {
 
 struct FrameObservation::Impl {
   Impl(const OutlineRanging::Impl& the_ranging, const cv::Mat& lower, const cv::Mat& upper,
-       const std::optional<BodyTwist>& the_twist)
-      : ranging(the_ranging), images{lower, upper}, twist(the_twist), all(ranging.targets.size()) {
+       const std::optional<FrameMotion>& the_motion)
+      : ranging(the_ranging), images{lower, upper}, motion(the_motion), all(ranging.targets.size()) {
     check_image("OutlineRanging", "lower", lower, ranging.views[0].size());
     check_image("OutlineRanging", "upper", upper, ranging.views[1].size());
     std::array<std::vector<Found>, 2> found;
@@ -130,7 +169,7 @@ struct FrameObservation::Impl {
     if (!sighting) return std::nullopt;
     const bool is_lower = view == 0;
     Triangulation alone =
-        ranging.place(k, is_lower ? &*sighting : nullptr, is_lower ? nullptr : &*sighting, target.top_m, twist);
+        ranging.place(k, is_lower ? &*sighting : nullptr, is_lower ? nullptr : &*sighting, target.top_m, motion);
     return alone.range_m ? std::optional(std::move(alone)) : std::nullopt;
   }
 
@@ -187,8 +226,8 @@ struct FrameObservation::Impl {
     const OutlineTask task{k, images[view], look, edge_samples};
     if (seen.expected) {
       const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
-      const bool is_there =
-          common ? fitter.fit_expected(task, *seen.expected, *common) : fitter.fit_near(task, *seen.expected);
+      const Cylinder expected = ranging.when_exposed(view, *seen.expected, motion);
+      const bool is_there = common ? fitter.fit_expected(task, expected, *common) : fitter.fit_near(task, expected);
       if (is_there) return;
     }
     const auto start = fitter.place(*look.candidate, target.radius_m, target.top_m);
@@ -226,7 +265,7 @@ struct FrameObservation::Impl {
       sightings[view].pixel_px = ranging.views[view].pixel_of(*look.candidate);
     }
     const auto place = [&](const std::optional<double>& top_m) {
-      return ranging.place(k, sightings.data(), &sightings[1], top_m, twist);
+      return ranging.place(k, sightings.data(), &sightings[1], top_m, motion);
     };
     EdgeSamples own_samples;
     // The first height is as accurate as the finder's pixels, the second as accurate as the outlines.
@@ -275,7 +314,7 @@ struct FrameObservation::Impl {
     if (upper.sighting) m.upper_px = upper.sighting->pixel_px;
     const Landmark& target = ranging.targets[k];
     const Triangulation t = ranging.place(k, lower.sighting ? &*lower.sighting : nullptr,
-                                          upper.sighting ? &*upper.sighting : nullptr, target.top_m, twist);
+                                          upper.sighting ? &*upper.sighting : nullptr, target.top_m, motion);
     m.verdict = t.verdict;
     const bool is_narrow = (lower.sighting && lower.is_narrow) || (upper.sighting && upper.is_narrow);
     // An outline is missing or not whole: either something hides it, or the map is wrong.
@@ -321,7 +360,7 @@ struct FrameObservation::Impl {
 
   const OutlineRanging::Impl& ranging;
   std::array<cv::Mat, 2> images;
-  std::optional<BodyTwist> twist;
+  std::optional<FrameMotion> motion;
   std::vector<Seen> all;
   EdgeSamples edge_samples;  // shared by all fits, so that its memory is allocated once
 };
@@ -381,13 +420,13 @@ OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targ
     : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted, errors)) {}
 
 FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper,
-                                      const std::optional<BodyTwist>& twist) const {
-  return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper, twist));
+                                      const std::optional<FrameMotion>& motion) const {
+  return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper, motion));
 }
 
 std::vector<RangeMeasurement> OutlineRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
-                                                      const std::optional<BodyTwist>& twist) const {
-  FrameObservation observation = look(lower, upper, twist);
+                                                      const std::optional<FrameMotion>& motion) const {
+  FrameObservation observation = look(lower, upper, motion);
   std::vector<std::size_t> all(impl_->targets.size());
   std::iota(all.begin(), all.end(), std::size_t(0));
   observation.take(all, Stage::kFine);

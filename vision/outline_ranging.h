@@ -78,7 +78,8 @@ class FrameObservation {
 ///    landmarks of the image share.
 /// 3. The covariance is that of the fit, scaled by the observed scatter of the edge samples along the outlines. It is
 ///    widened where the two sides are farther apart, or nearer, than those of the cylinder.
-/// 4. triangulate() combines the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
+/// 4. While the body moves, pixels are moved to where the frame's time would have shown them (pixel_at_frame).
+/// 5. triangulate() combines the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
 ///    kInconsistent is also the verdict where the map's height and radius are contradicted: both views show the whole
 ///    top, but at another height than the map's, however different; or the only view with an outline shows the landmark
 ///    wider than it is at that range.
@@ -104,16 +105,17 @@ class OutlineRanging {
                  const std::vector<std::size_t>& wanted = {}, const BeliefErrors& errors = {});
 
   /// Runs the finder on both images. @param lower,upper as for measure()
-  /// @param twist of the body while the images are exposed; nothing: it stands
+  /// @param motion nothing: the body stands
   [[nodiscard]] FrameObservation look(const cv::Mat& lower, const cv::Mat& upper,
-                                      const std::optional<BodyTwist>& twist = {}) const;
+                                      const std::optional<FrameMotion>& motion = {}) const;
 
   /// Calls look() and measures all landmarks to kFine.
   /// Returns one measurement for each target, in their order, with range, bearing, covariance and sightings where they
-  /// exist.
+  /// exist. Range and bearing are those at the frame's time. The sightings are those of the images: of the times at
+  /// which they are exposed (Rig::exposures).
   /// @param lower,upper CV_8UC3, r g b, sRGB-coded. @throws std::invalid_argument for another type or size
   [[nodiscard]] std::vector<RangeMeasurement> measure(const cv::Mat& lower, const cv::Mat& upper,
-                                                      const std::optional<BodyTwist>& twist = {}) const;
+                                                      const std::optional<FrameMotion>& motion = {}) const;
 
  private:
   friend class FrameObservation;

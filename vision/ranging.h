@@ -22,6 +22,9 @@ struct Sighting {
   /// Standard deviation of the outline's position along its normal, for each pixel of its length: noise over contrast.
   /// Empty where no outline was fitted (Stage::kFound).
   std::optional<double> edge_noise_px{};
+  /// The row at whose exposure the sighting counts, where rows are exposed one after the other. An outline's bearing is
+  /// a mean over its sides, so it is not the near point's row. Empty: it is.
+  std::optional<double> exposed_row{};
 };
 
 /// Returns the position of a landmark's axis.
@@ -40,6 +43,28 @@ std::optional<Eigen::Vector3d> near_top_point(const MirrorView& view, const Eige
 /// Returns where a place that stands in the world is in the body's frame after the body has moved on for `time_s`,
 /// which may be negative. The way is taken as straight, and the turn at its end.
 Eigen::Vector2d place_after(const Eigen::Vector2d& p_BL_m, const BodyTwist& twist, double time_s);
+
+/// The motion of the body while the two images of a frame are exposed. The frame's time is the stamp of its lower
+/// image.
+struct FrameMotion {
+  BodyTwist twist;
+  double upper_later_s = 0;  ///< stamp of the upper image minus that of the lower one
+};
+/// @param twist nothing: the motion is not known
+inline std::optional<FrameMotion> frame_motion(const std::optional<BodyTwist>& twist, double upper_later_s) {
+  return twist ? std::optional(FrameMotion{*twist, upper_later_s}) : std::nullopt;
+}
+
+/// Returns how much later than the middle row a sighting is exposed, as a share of the readout time.
+inline double readout_share(const Sighting& sighting, int height_px) {
+  return readout_share(sighting.exposed_row.value_or(sighting.pixel_px.y()), height_px);
+}
+
+/// Returns the pixel that shows a landmark's near point at the frame's time, from the pixel that shows it `late_s`
+/// later. The landmark stands in the world where the pixel's ray meets its top, or far away on a ray that does not meet
+/// it. Returns the same pixel where there is no ray.
+Eigen::Vector2d pixel_at_frame(const MirrorView& view, const Eigen::Vector2d& later_px, const Landmark& landmark,
+                               const BodyTwist& twist, double late_s);
 
 /// The reason why a range is given or withheld.
 enum class RangeVerdict {

@@ -288,6 +288,10 @@ std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray, 
     const double height_m = ray.origin_m.z() + kFar_m * ray.direction.z() / ray.direction.head<2>().norm();
     const auto by_rig = belief.rig->pixel_by_shared(seen.side, far_m, kFar_m / 1e6, height_m);
     variance_rad2 += (by_pixel.transpose() * by_rig).squaredNorm();
+    if (belief.motion) {
+      const double late_s = belief.motion->late->row(seen.side == Side::kLower ? 0 : 1).norm();
+      variance_rad2 += std::pow(belief.motion->twist.turn_radps * late_s, 2);
+    }
   }
   return FarBearing{bearing_rad, variance_rad2};
 }

@@ -62,17 +62,17 @@ struct Triangulation {
 Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting* upper, double radius_m,
                           std::optional<double> top_m);
 
-/// The motion of the body while the images are exposed.
+/// The doubt about when the two pixels of a landmark were exposed, while the body moves.
 struct ImageMotion {
   BodyTwist twist;
-  const BySharedErrors<2>* late = nullptr;  ///< BeliefErrors::late
+  const BySharedErrors<2>* late = nullptr;  ///< of how much later than believed (lower, upper), s
 };
 
 /// Likewise, with a rig and a landmark that are not known exactly. Their errors count in the weights of the views, in
 /// chi-squared and in the covariance ("consider covariance": Schmidt 1966; Bierman 1977, ch. 8), as they are at the
 /// answer, to first order.
 /// @param landmark true minus believed numbers; no columns: known exactly
-/// @param motion nothing: the body stands, or the stamps are exact. The place is that of the images' stamp.
+/// @param motion nothing: the body stands, or the times are exact
 Triangulation triangulate(const UncertainRig& rig, const BySharedErrors<kLandmarkNumbers>& landmark,
                           const Sighting* lower, const Sighting* upper, double radius_m, std::optional<double> top_m,
                           const std::optional<ImageMotion>& motion = {});

@@ -101,7 +101,7 @@ Rig with_errors(const Rig& rig, const Eigen::VectorXd& errors) {
   const double upper_lens_m = errors[kLensHeight] + errors[rig_number(Side::kLower, kLensToTip)] + errors[kSeparation] -
                               errors[rig_number(Side::kUpper, kLensToTip)];
   return {with_errors(rig.lower, Side::kLower, errors, errors[kLensHeight]),
-          with_errors(rig.upper, Side::kUpper, errors, upper_lens_m)};
+          with_errors(rig.upper, Side::kUpper, errors, upper_lens_m), rig.exposures};
 }
 
 UncertainRig::UncertainRig(Rig rig, BySharedErrors<kRigNumbers> by_shared)

@@ -43,6 +43,9 @@ std::string rig_number_name(int number);
 /// Returns the numbers of a rig, by RigNumber. k1 and k2 of a view without a lens are 0.
 Eigen::VectorXd numbers_of(const Rig& rig);
 
+/// The numbers of Rig::exposures, s.
+enum TimeNumber : int { kLateOfLower, kLateOfUpper, kReadoutOfLower, kReadoutOfUpper, kTimeNumbers };
+
 /// Numbers of a landmark that a map holds.
 enum LandmarkNumber : int { kPlaceX, kPlaceY, kTop, kRadius, kLandmarkNumbers };
 
@@ -50,12 +53,12 @@ enum LandmarkNumber : int { kPlaceX, kPlaceY, kTop, kRadius, kLandmarkNumbers };
 /// without columns: known exactly.
 struct BeliefErrors {
   BySharedErrors<kRigNumbers> rig;
-  /// How much later than its stamp each image was exposed (lower, upper), s. It counts where the body's twist is given.
-  BySharedErrors<2> late;
+  BySharedErrors<kTimeNumbers> times;                       ///< of Rig::exposures; they count while the body moves
   std::vector<BySharedErrors<kLandmarkNumbers>> landmarks;  ///< one for each landmark; empty: all are known exactly
 };
 
-/// Returns the rig with `errors` (kRigNumbers numbers, in m, rad and px) added to its numbers. @throws as MirrorView
+/// Returns the rig with `errors` (kRigNumbers numbers, in m, rad and px) added to its numbers; its exposures stay.
+/// @throws as MirrorView
 Rig with_errors(const Rig& rig, const Eigen::VectorXd& errors);
 
 /// A rig with the uncertainty of its numbers.

@@ -155,6 +155,7 @@ config::RigSigma rig_sigma(const Tolerances& t, double rim_px) {
           .tilt_rad = sigma(t.tilt_rad),
           .axis_offset_m = sigma(t.axis_offset_m),
           .late_s = sigma(t.skew_s),
+          .readout_s = sigma(t.readout_s),
           .distortion = sigma(t.distortion)};
 }
 
@@ -192,6 +193,11 @@ void draw_robot(const Draws& draws, const config::Robot& plan, const Tolerances&
   draw_camera(draws, "upper", t, built.upper.effects);
   const double upper_later_s = draws.within("skew_s", t.skew_s);
   (upper_later_s > 0 ? built.upper : built.lower).effects.stamp_late_s = std::abs(upper_later_s);
+  for (const auto& [view, camera] :
+       {std::pair{&built.rig.lower, &built.lower}, std::pair{&built.rig.upper, &built.upper}}) {
+    view->late_s = -camera->effects.stamp_late_s;
+    view->readout_s = camera->effects.readout_s;
+  }
 }
 
 void draw_landmarks(const Draws& draws, const config::Map& map, const Tolerances& t, AsBuilt& drawn) {

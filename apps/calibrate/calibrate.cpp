@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 
+#include "apps/calibrate/start.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_folder.h"
 #include "base/errors.h"
-#include "localisation/odometry.h"
 #include "vision/outline_ranging.h"
 
 namespace twocone::calibrate {
@@ -76,18 +76,6 @@ Error refusal(const vision::CalibrationResult& result, const std::string& runs) 
 
 constexpr std::size_t kCircleImages = 31;
 
-// Pairs of frames for the search. A pose of one view is good to some centimetres, so that a drive of 0.3 m has a
-// direction; a turn by the wheels is wrong by a few per cent of it.
-constexpr std::size_t kSearchPairs = 15;
-constexpr double kSearchDrive_m = 0.3;
-constexpr double kSearchTurn_rad = 0.5;
-
-// Priors of a start that the images gave. The image of the tip is some pixels off where the lens distorts or is off the
-// mirror's axis.
-constexpr double kFoundCentrePrior_px = 5;
-constexpr double kFoundRimPrior = 0.02;
-constexpr double kFoundAzimuthSigmas = 3;
-
 std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
   std::vector<vision::WheelReading> readings;
   if (to >= run.drive.size()) return readings;  // the run was cut off before the wheels were written
@@ -95,16 +83,6 @@ std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, s
     readings.push_back({run.drive[i].t_s, run.drive[i].left_rad, run.drive[i].right_rad});
   }
   return readings;
-}
-
-/// Reads an image. Errors: those of runlog::read_rgb; kBadData if the image does not have the camera's size.
-Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::CameraPart& camera) {
-  auto rgb = runlog::read_rgb(file);
-  if (rgb && (rgb->cols != camera.settings.width_px || rgb->rows != camera.settings.height_px)) {
-    return Error(ErrorCode::kBadData, "{} has {} x {} pixels, the robot file says {} x {}", file.string(), rgb->cols,
-                 rgb->rows, camera.settings.width_px, camera.settings.height_px);
-  }
-  return rgb;
 }
 
 /// Returns the files of a frame's images, those of the lower mirror first.
@@ -165,15 +143,16 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
         sighted.unreadable.push_back(lower ? upper.error() : lower.error());
         continue;
       }
-      const auto measurements = ranging->measure(*lower, *upper, out.twist);
+      const auto& [lower_t_s, upper_t_s] = chosen.exchanged ? std::pair(stamps.upper_t_s, stamps.lower_t_s)
+                                                            : std::pair(stamps.lower_t_s, stamps.upper_t_s);
+      const auto motion = vision::frame_motion(out.twist, upper_t_s - lower_t_s);
+      const auto measurements = ranging->measure(*lower, *upper, motion);
       for (std::size_t i = 0; i < measurements.size(); ++i) {
         if (!is_trusted(measurements[i].verdict)) continue;
         const auto add = [&](vision::Side side, const std::optional<vision::Sighting>& sighting, double stamped_s) {
           if (!sighting) return;
           out.sightings.push_back({frame.first_landmark + i, side, *sighting, stamped_s - stamps.t_s});
         };
-        const auto& [lower_t_s, upper_t_s] = chosen.exchanged ? std::pair(stamps.upper_t_s, stamps.lower_t_s)
-                                                              : std::pair(stamps.lower_t_s, stamps.upper_t_s);
         add(vision::Side::kLower, measurements[i].lower_sighting, lower_t_s);
         add(vision::Side::kUpper, measurements[i].upper_sighting, upper_t_s);
       }
@@ -274,113 +253,6 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
   return chosen;
 }
 
-std::vector<vision::SelfRigFrame> frames_for_search(const runlog::RunData& run) {
-  const std::size_t count = std::min(run.frames.size(), run.drive.size());
-  std::vector<Pose2> poses;
-  localisation::Odometry odometry(config::to_wheels(run.robot), {});
-  for (std::size_t row = 0; row < count; ++row) {
-    poses.push_back(odometry.update(run.drive[row].left_rad, run.drive[row].right_rad));
-  }
-  std::vector<vision::SelfRigFrame> frames;
-  const auto add = [&](std::size_t row, const std::optional<Pose2>& motion) {
-    const auto files = runlog::images_of(run, row);
-    const auto lower = read_rgb(files[0], run.robot.lower);
-    const auto upper = read_rgb(files[1], run.robot.upper);
-    if (!lower || !upper) return false;
-    frames.push_back({*lower, *upper, motion, {}});
-    return true;
-  };
-  const auto between = [](const Pose2& from, const Pose2& to) {
-    const double cosine = std::cos(from.heading_rad);
-    const double sine = std::sin(from.heading_rad);
-    const double x_m = to.x_m - from.x_m;
-    const double y_m = to.y_m - from.y_m;
-    return Pose2{cosine * x_m + sine * y_m, cosine * y_m - sine * x_m,
-                 base::wrap_angle_rad(to.heading_rad - from.heading_rad)};
-  };
-  std::optional<std::size_t> last;
-  for (const std::size_t row : chosen_rows(run.frames.size(), kSearchPairs)) {
-    if (last && row <= *last) continue;
-    if (!add(row, {})) continue;
-    last = row;
-    for (std::size_t next = row + 1; next < count; ++next) {
-      const Pose2 motion = between(poses[row], poses[next]);
-      if (std::hypot(motion.x_m, motion.y_m) < kSearchDrive_m && std::abs(motion.heading_rad) < kSearchTurn_rad) {
-        continue;
-      }
-      if (add(next, motion)) last = next;
-      break;
-    }
-  }
-  return frames;
-}
-
-namespace {
-
-/// The robot with which the sightings start, and what the images showed.
-struct Start {
-  config::Robot robot;
-  std::optional<vision::SelfRig> found;
-  std::vector<estimation::RigDifference> replaced;
-  bool exchanged = false;
-  vision::CalibrationPriors priors;
-};
-
-/// Returns whether all images of a camera are equal although the robot moved.
-bool is_frozen(const std::vector<vision::SelfRigFrame>& frames, vision::Side camera) {
-  const cv::Mat& first = of_view(frames.front(), camera);
-  const auto is_first = [&](const vision::SelfRigFrame& frame) {
-    return cv::norm(of_view(frame, camera), first, cv::NORM_INF) == 0;
-  };
-  return std::ranges::any_of(frames, [](const auto& frame) { return frame.motion.has_value(); }) &&
-         std::ranges::all_of(frames, is_first);
-}
-
-/// Looks for the rig in the images. Errors: kBadData, with what to change, where a camera gives nothing, and where the
-/// robot file leaves numbers to the images and these do not show them.
-Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot, const Settings& settings) {
-  Start start{robot, {}, {}, false, settings.priors};
-  if (!settings.start_from_images) return start;
-  vision::SelfRigProblem problem = estimation::self_rig_problem(robot, run.map);
-  problem.frames = frames_for_search(run);
-  if (problem.frames.empty()) return start;  // sight() names the images
-  start.found = vision::find_rig(problem);
-  for (const vision::Side camera : {vision::Side::kLower, vision::Side::kUpper}) {
-    // A lens cap and a dead camera repeat one image, too, and what_to_change() names them.
-    const bool has_mirror = start.found->views[std::size_t(camera)].mirror.verdict == vision::MirrorVerdict::kFound;
-    if (!has_mirror || !is_frozen(problem.frames, camera)) continue;
-    return Error(ErrorCode::kBadData,
-                 "{}: camera {} repeats one image while the wheels turn: it is frozen; plug it in again, and see "
-                 "twocone doctor",
-                 run.folder.string(), to_string(camera));
-  }
-  if (start.found->missing() != vision::NotFound::kNothing) {
-    if (robot.rig.missing.empty() && !start.found->is_blind()) return start;
-    return Error(ErrorCode::kBadData, "{}: {}", run.folder.string(), estimation::what_to_change(*start.found));
-  }
-  estimation::SelfRigAnswer answer = estimation::compare_with_file(robot, *start.found, problem);
-  start.replaced = std::move(answer.differences);
-  start.robot.rig = std::move(answer.rig);
-  start.exchanged = *start.found->exchanged.value;
-  if (start.exchanged) std::swap(start.robot.lower, start.robot.upper);
-  // One prior counts for both views, so that it is that of the view which is known less.
-  const auto count = [&](const char* key) {
-    return std::ranges::count_if(start.replaced, [&](const auto& r) { return r.key.ends_with(key); });
-  };
-  const bool are_believed = start.found->views[0].is_circle_believed || start.found->views[1].is_circle_believed;
-  if (count("centre_px") == 2 && !are_believed) start.priors.centre_px = kFoundCentrePrior_px;
-  if (count("centre_px") == 1) start.priors.centre_px = std::max(start.priors.centre_px, kFoundCentrePrior_px);
-  if (count("rim_radius_px") > 0) start.priors.rim_share = std::max(start.priors.rim_share, kFoundRimPrior);
-  if (count("azimuth_rad") > 0) {
-    start.priors.azimuth_rad =
-        std::max({start.priors.azimuth_rad, kFoundAzimuthSigmas * start.found->relative_azimuth.sigma_rad,
-                  kFoundAzimuthSigmas * start.found->azimuth.sigma_rad});
-  }
-  return start;
-}
-
-}  // namespace
-
 Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config::Robot& robot,
                          const Settings& settings) {
   check(runs, settings);
@@ -407,6 +279,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   // Slip and encoder keep their defaults, because `effects:` in the robot file is the simulation's truth, not a belief.
   const vision::WheelBelief wheels{.radius_m = robot.drive.wheel_radius_m,
                                    .separation_m = robot.drive.wheel_separation_m};
+  const config::RigSigma believed = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig));
   vision::CalibrationProblem problem{
       .rig = before,
       .wheels = wheels,
@@ -416,7 +289,8 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
       .upper_rim = {},
       .priors = start.priors,
       .fit_distortion = settings.fit_distortion,
-      .fit_timing = settings.fit_timing,
+      .distortion_sigma = believed.distortion,
+      .fit_timing = true,
       .height_px = {start.robot.lower.settings.height_px, start.robot.upper.settings.height_px}};
   Report report{.runs = folders,
                 .robot = robot.file.string(),
@@ -428,7 +302,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                 .rig = start.robot.rig,
                 .drive = robot.drive,
                 .slip = wheels.slip,
-                .distortion_sigma = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig)).distortion,
+                .believed = believed,
                 .exchanged = start.exchanged,
                 .has_one_map = chosen.landmarks.size() == runs.front().map.landmarks.size()};
   measure_circles(chosen, before, report.circles);
@@ -489,6 +363,13 @@ vision::CalibrationPriors priors_of(const config::Robot& robot) {
     set(s->apex_rad, priors.apex_rad);
     set(s->distortion, priors.distortion);
   }
+  // Of the stamps nobody has an exact belief.
+  const config::RigSigma ruler = config::ruler_sigma(robot.rig);
+  const config::RigSigma times = robot.rig.sigma.value_or(ruler);
+  const double late_s = times.late_s > 0 ? times.late_s : ruler.late_s;
+  priors.latency_s = late_s;
+  priors.skew_s = std::numbers::sqrt2 * late_s;  // of two stamps
+  priors.readout_s = times.readout_s > 0 ? times.readout_s : ruler.readout_s;
   if (const auto& s = robot.drive.sigma) {
     set(s->wheel_radius_m / robot.drive.wheel_radius_m, priors.wheel_radius_share);
     set(s->wheel_ratio, priors.wheel_ratio);
@@ -513,8 +394,12 @@ std::vector<Landmark> refined_landmarks(const Report& report) {
 void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report) {
   report.result = result;
   report.after = *result.rig;
-  report.rig.lower = to_file(report.after.lower, robot.rig.lower, report.before.lower);
-  report.rig.upper = to_file(report.after.upper, robot.rig.upper, report.before.upper);
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    config::RigView& view = of_view(report.rig, side);
+    view = to_file(of_view(report.after, side), of_view(robot.rig, side), of_view(report.before, side));
+    view.late_s = report.after.exposures[std::size_t(side)].late_s;
+    view.readout_s = report.after.exposures[std::size_t(side)].readout_s;
+  }
   report.rig.lens_height_m = report.after.lower.settings().lens_height_m;
   report.rig.mirror_separation_m = report.after.mirror_separation_m();
   report.drive.wheel_radius_m = result.wheels->radius_m;

@@ -24,7 +24,6 @@ struct Settings {
   bool leave_out_unreadable = false;  ///< true: an unreadable image is no error, and its frame gives no sightings
   /// Starts from what the images show (vision/self_rig.h) where they contradict the robot file. False: from the file.
   bool start_from_images = true;
-  bool fit_timing = false;  ///< also fits latency, skew and readout (vision::CalibrationProblem::fit_timing)
   /// Called with the fraction of the work that is done, in [0, 1]. May be empty.
   std::function<void(double)> progress;
 };
@@ -44,15 +43,15 @@ struct Report {
   /// What the images show before anything is believed; empty without Settings::start_from_images.
   std::optional<vision::SelfRig> found{};
   std::vector<estimation::RigDifference> replaced{};  ///< numbers of the robot file that the images contradict
-  vision::Rig before, after;    ///< `before` is the start: the robot file's rig with the replaced numbers
-  config::Rig rig;              ///< `after` in the form of a robot file
-  config::Drive drive;          ///< with the calibrated sizes of the wheels
-  double slip = 0;              ///< believed slip of the wheels
-  double distortion_sigma = 0;  ///< of k1 and k2 where the calibration does not find them
-  int rounds = 0;               ///< number of rounds of sighting and solving
-  bool exchanged = false;       ///< the cameras of the run are exchanged; `rig` is that of the mirrors
-  bool has_one_map = false;     ///< all runs are on maps with the same landmarks
-  bool is_settled = false;      ///< whether the last round moved no number by more than 0.3 of its sigma
+  vision::Rig before, after;  ///< `before` is the start: the robot file's rig with the replaced numbers
+  config::Rig rig;            ///< `after` in the form of a robot file
+  config::Drive drive;        ///< with the calibrated sizes of the wheels
+  double slip = 0;            ///< believed slip of the wheels
+  config::RigSigma believed;  ///< of what the calibration does not look for
+  int rounds = 0;             ///< number of rounds of sighting and solving
+  bool exchanged = false;     ///< the cameras of the run are exchanged; `rig` is that of the mirrors
+  bool has_one_map = false;   ///< all runs are on maps with the same landmarks
+  bool is_settled = false;    ///< whether the last round moved no number by more than 0.3 of its sigma
 };
 
 /// Finds the errors of `robot`'s rig from runs among known landmarks.
@@ -62,9 +61,9 @@ struct Report {
 /// Where the images do not show all of these, the start is the robot file, and an error names what to change.
 ///
 /// It measures the landmarks' sightings in each chosen frame with the believed rig (vision/outline_ranging.h), and
-/// solves for the rig (vision/calibration.h). The place of an outline depends slightly on the rig. So both steps are
-/// repeated with the new rig, from the same prior, until the result settles. Rims are measured in the median image over
-/// frames. No ground truth is read.
+/// solves for the rig and its times of exposure (vision/calibration.h). The place of an outline depends slightly on the
+/// rig. So both steps are repeated with the new rig, from the same prior, until the result settles. Rims are measured
+/// in the median image over frames. No ground truth is read.
 /// @param runs at least one; all of this robot, with images of the size in the robot file
 /// Errors, each in one line: kUnavailable (built without Ceres), kBadData (bad images; too few frames or landmarks;
 /// contradictory data). @throws config::FileError for a rig that the method cannot use, std::invalid_argument without
@@ -100,10 +99,6 @@ struct ChosenFrames {
   std::vector<Landmark> landmarks;  ///< of the maps of all runs, run by run
   bool exchanged = false;           ///< the run's folder `lower` has the images of the upper mirror
 };
-
-/// Returns some thirty frames of a run for the search of the rig, in pairs that are a short drive apart, with the
-/// motion between the two of a pair. Images that cannot be read are left out.
-std::vector<vision::SelfRigFrame> frames_for_search(const runlog::RunData& run);
 
 /// Chooses about `count` frames, spread evenly from the first to the last of each run.
 ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);

@@ -18,7 +18,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// A parameter in the units of the table: millimetres, degrees and pixels.
+/// A parameter in the units of the table: millimetres, degrees, pixels and milliseconds.
 struct Shown {
   std::string name;
   std::string unit;
@@ -28,7 +28,7 @@ struct Shown {
 Shown shown(const std::string& name) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   for (const auto& [ending, unit, factor] :
-       {std::tuple{"_px"sv, "px", 1.0}, {"_rad"sv, "deg", kDegrees}, {"_m"sv, "mm", 1000.0}}) {
+       {std::tuple{"_px"sv, "px", 1.0}, {"_rad"sv, "deg", kDegrees}, {"_m"sv, "mm", 1000.0}, {"_s"sv, "ms", 1000.0}}) {
     const std::size_t at = name.rfind(ending);
     const std::size_t end = at + ending.size();
     if (at == std::string::npos || (end != name.size() && name[end] != '.')) continue;
@@ -185,15 +185,15 @@ nlohmann::ordered_json belief_of(const Report& report) {
   map.landmarks = report.result.landmarks;
   const Eigen::Index count = report.result.belief_covariance.rows();
   Eigen::MatrixXd covariance = report.result.belief_covariance;
-  // What the calibration did not look for keeps its own uncertainty.
-  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
-    for (const int number : {vision::kK1, vision::kK2}) {
-      double& variance = covariance(vision::rig_number(side, number), vision::rig_number(side, number));
-      if (variance == 0) variance = report.distortion_sigma * report.distortion_sigma;
-    }
+  // Without a motion of the body there is nothing to learn about the times, which keep their own uncertainty.
+  const config::RigSigma& believed = report.believed;
+  const double times_s[vision::kTimeNumbers]{believed.late_s, believed.late_s, believed.readout_s, believed.readout_s};
+  for (int i = 0; i < vision::kTimeNumbers; ++i) {
+    double& variance = covariance(count - vision::kTimeNumbers + i, count - vision::kTimeNumbers + i);
+    if (variance == 0) variance = times_s[i] * times_s[i];
   }
   // A robot file has one radius for both wheels, so that a ratio other than 1 is an error of it.
-  const Eigen::Index ratio = count - 2;
+  const Eigen::Index ratio = count - vision::kTimeNumbers - 2;
   const auto& parameters = report.result.parameters;
   const auto found = std::ranges::find(parameters, "wheel_ratio", &vision::CalibratedParameter::name);
   const double off = found == parameters.end() ? 0 : found->after - 1;
@@ -202,15 +202,15 @@ nlohmann::ordered_json belief_of(const Report& report) {
   covariance.col(ratio).setZero();
   covariance(ratio, ratio) = variance;
 
-  std::vector<std::string> names = config::belief_names(map);
-  names.resize(names.size() - config::kLateNumbers);  // the stamps at its end are not calibrated
   const Eigen::VectorXd rig = vision::numbers_of(report.after);
   std::vector<double> values(rig.begin(), rig.end());
   for (const Landmark& l : report.result.landmarks) {
     values.insert(values.end(), {l.x_m, l.y_m, l.top_m, l.radius_m});
   }
   values.insert(values.end(), {report.drive.wheel_radius_m, 1.0, report.drive.wheel_separation_m});
-  nlohmann::ordered_json belief{{"names", names}, {"values", values}};
+  const config::RigView &lower = report.rig.lower, &upper = report.rig.upper;
+  values.insert(values.end(), {lower.late_s, upper.late_s, lower.readout_s, upper.readout_s});
+  nlohmann::ordered_json belief{{"names", config::belief_names(map)}, {"values", values}};
   for (const auto& row : covariance.rowwise()) {
     belief["covariance"].push_back(std::vector<double>(row.begin(), row.end()));
   }

@@ -12,32 +12,7 @@
 namespace twocone::compare {
 namespace {
 
-/// Returns the time, according to `source`, from the frame's time to the exposure of a pixel's row, seconds.
-double late_s(const Source& source, vision::Side side, const Eigen::Vector2d& pixel_px, int height_px) {
-  if (source.components.empty()) return 0;
-  const double real_s = source.components[0].real / 1e3;
-  if (source.cause == Cause::kSkew && side == vision::Side::kUpper) return real_s;
-  if (source.cause == Cause::kRollingShutter && source.view == side) {
-    return real_s * (pixel_px.y() / std::max(1, height_px - 1) - 0.5);
-  }
-  return 0;
-}
-
 bool is_of_time(const Source& source) { return source.cause == Cause::kSkew || source.cause == Cause::kRollingShutter; }
-
-/// Returns the sighting as an exposure at the frame's time would have given it. @param by_s from late_s()
-vision::Sighting in_time(const vision::Sighting& sighting, const vision::MirrorView& view,
-                         const Eigen::Vector2d& in_body_m, const Landmark& target, const BodyTwist& twist,
-                         double by_s) {
-  vision::Sighting moved = sighting;
-  const Eigen::Vector2d later_m = vision::place_after(in_body_m, twist, by_s);
-  const auto point = vision::near_top_point(view, in_body_m, target.radius_m, target.top_m);
-  const auto then = vision::near_top_point(view, later_m, target.radius_m, target.top_m);
-  const auto here = point ? view.project_with_jacobian(*point, vision::Rim::kGoesOn) : std::nullopt;
-  const auto there = then ? view.project_with_jacobian(*then, vision::Rim::kGoesOn) : std::nullopt;
-  if (here && there) moved.pixel_px += here->pixel_px - there->pixel_px;
-  return moved;
-}
 
 /// One held-out frame.
 struct HeldOutFrame {
@@ -46,19 +21,40 @@ struct HeldOutFrame {
   const std::vector<vision::Rig>& put_back;  ///< for each source, the found rig with its numbers as believed
   std::optional<BodyTwist> twist;
   runlog::PoseRow reference;
+  double upper_later_s = 0;  ///< by the stamps
 
   using Seen = std::optional<vision::Sighting>;
 
-  /// Returns a sighting as an exposure at the frame's time would have given it. All timing differences that were found
-  /// are corrected, except that of `left_as_it_is`.
-  [[nodiscard]] Seen in_time_but(const Source* left_as_it_is, vision::Side side, Seen seen, const Eigen::Vector2d& to_m,
-                                 const Landmark& target) const {
-    for (const Source& source : sources) {
-      if (!seen || !twist || !source.differs() || !is_of_time(source) || &source == left_as_it_is) continue;
-      const double by_s = late_s(source, side, seen->pixel_px, of_view(real.run.robot, side).settings.height_px);
-      seen = in_time(*seen, of_view(real.found, side), to_m, target, *twist, by_s);
+  /// Returns a sighting as an exposure at the frame's time, which is that of the lower image's middle row, would have
+  /// given it.
+  /// @param found exposures that count where they differ from the believed ones
+  [[nodiscard]] Seen in_time(const vision::Rig& rig, const std::vector<const Source*>& found, vision::Side side,
+                             Seen seen, const Landmark& target) const {
+    if (!seen || !twist) return seen;
+    const auto& believed = real.believed.exposures;
+    const bool is_upper = side == vision::Side::kUpper;
+    double late_s = is_upper ? believed[1].late_s - believed[0].late_s : 0;
+    double readout_s = believed[std::size_t(side)].readout_s;
+    for (const Source* source : found) {
+      const double real_s = source->components[0].real / 1e3;
+      if (source->cause == Cause::kSkew && is_upper) late_s = real_s;
+      if (source->cause == Cause::kRollingShutter && source->view == side) readout_s = real_s;
     }
+    if (is_upper) late_s += upper_later_s;
+    const int height_px = of_view(real.run.robot, side).settings.height_px;
+    late_s += vision::readout_share(*seen, height_px) * readout_s;
+    seen->pixel_px = vision::pixel_at_frame(of_view(rig, side), seen->pixel_px, target, *twist, late_s);
     return seen;
+  }
+
+  /// Likewise, with all differences of timing that were found, except that of `left_as_it_is`.
+  [[nodiscard]] Seen in_time_but(const Source* left_as_it_is, vision::Side side, const Seen& seen,
+                                 const Landmark& target) const {
+    std::vector<const Source*> found;
+    for (const Source& source : sources) {
+      if (source.differs() && is_of_time(source) && &source != left_as_it_is) found.push_back(&source);
+    }
+    return in_time(real.found, found, side, seen, target);
   }
 
   /// Returns the body's pose at the frame's time, from `ranges` of the found rig. Requires that they were measured at
@@ -69,9 +65,8 @@ struct HeldOutFrame {
     std::vector<vision::RangeMeasurement> measured(ranges.size());
     for (std::size_t k = 0; k < ranges.size(); ++k) {
       if (!ranges[k].range_m) continue;
-      const Eigen::Vector2d to_m = localisation::in_body(pose_of(reference), landmarks_m[k]);
-      const Seen lower = in_time_but(nullptr, vision::Side::kLower, ranges[k].lower_sighting, to_m, targets[k]);
-      const Seen upper = in_time_but(nullptr, vision::Side::kUpper, ranges[k].upper_sighting, to_m, targets[k]);
+      const Seen lower = in_time_but(nullptr, vision::Side::kLower, ranges[k].lower_sighting, targets[k]);
+      const Seen upper = in_time_but(nullptr, vision::Side::kUpper, ranges[k].upper_sighting, targets[k]);
       measured[k] = range_under(real.found, lower, upper, targets[k]);
     }
     return pose_of(estimation::fix_of_outline(measured, landmarks_m, true), reference.t_s);
@@ -83,10 +78,11 @@ struct HeldOutFrame {
     const Eigen::Vector2d to_m = localisation::in_body(pose_of(reference), landmark_m);
     const Seen &lower = m.lower_sighting, &upper = m.upper_sighting;
     const auto by = [&](const vision::Rig& rig, const Source* left_as_it_is) {
-      return triangulated(rig, in_time_but(left_as_it_is, vision::Side::kLower, lower, to_m, target),
-                          in_time_but(left_as_it_is, vision::Side::kUpper, upper, to_m, target), target);
+      return triangulated(rig, in_time_but(left_as_it_is, vision::Side::kLower, lower, target),
+                          in_time_but(left_as_it_is, vision::Side::kUpper, upper, target), target);
     };
-    const auto before_m = triangulated(real.believed, lower, upper, target);
+    const auto before_m = triangulated(real.believed, in_time(real.believed, {}, vision::Side::kLower, lower, target),
+                                       in_time(real.believed, {}, vision::Side::kUpper, upper, target), target);
     const auto after_m = by(real.found, nullptr);
     if (!before_m || !after_m) return std::nullopt;
     HeldOutRange range{*before_m - to_m.norm(), *after_m - to_m.norm(), *m.sigma_range_m, {}};
@@ -190,7 +186,7 @@ Result<std::vector<HeldOutRange>> held_out_ranges(const Side& real, const std::v
     if (!answer) return answer.error();
     auto reference = real.is_reference_apart ? real.reference[row] : pose_of(answer->fix, frame.t_s);
     if (!reference) continue;
-    HeldOutFrame at{real, sources, rigs, runlog::twist_at(real.run, row), *reference};
+    HeldOutFrame at{real, sources, rigs, runlog::twist_at(real.run, row), *reference, frame.skew_s};
     if (!real.is_reference_apart) {
       reference = at.fixed_in_time(answer->ranges, targets, landmarks_m);
       if (!reference) continue;

@@ -212,7 +212,6 @@ void calibrate_side(Side& side, int frames, const std::function<void(double)>& p
   const calibrate::Settings settings{.frames = frames,
                                      .leave_out_unreadable = true,
                                      .start_from_images = false,
-                                     .fit_timing = true,
                                      .progress = progress};
   side.chosen = frames;
   auto calibrated = calibrate::calibrate({side.run}, side.run.robot, settings);

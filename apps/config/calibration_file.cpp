@@ -16,7 +16,9 @@ namespace twocone::config {
 namespace {
 
 constexpr std::array<const char*, kWheelNumbers> kWheelNames{"wheel_radius_m", "wheel_ratio", "wheel_separation_m"};
-constexpr std::array<const char*, kLateNumbers> kLateNames{"lower.late_s", "upper.late_s"};
+constexpr std::array<const char*, vision::kTimeNumbers> kTimeNames{"lower.late_s", "upper.late_s", "lower.readout_s",
+                                                                   "upper.readout_s"};
+constexpr int kLastNumbers = kWheelNumbers + vision::kTimeNumbers;  // those after the landmarks
 
 /// Numbers are written with all their digits, and the robot file has its own text of each.
 bool is_same(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max({1.0, std::abs(a), std::abs(b)}); }
@@ -38,7 +40,7 @@ std::filesystem::path calibration_file_of(const std::filesystem::path& robot_fil
 
 std::vector<std::string> belief_names(const Map& map) {
   std::vector<std::string> names;
-  names.reserve(vision::kRigNumbers + vision::kLandmarkNumbers * map.landmarks.size() + kWheelNumbers + kLateNumbers);
+  names.reserve(vision::kRigNumbers + vision::kLandmarkNumbers * map.landmarks.size() + kLastNumbers);
   for (int i = 0; i < vision::kRigNumbers; ++i) names.push_back(vision::rig_number_name(i));
   for (const Landmark& landmark : map.landmarks) {
     for (const char* number : {"x_m", "y_m", "top_m", "radius_m"}) {
@@ -46,20 +48,22 @@ std::vector<std::string> belief_names(const Map& map) {
     }
   }
   names.insert(names.end(), kWheelNames.begin(), kWheelNames.end());
-  names.insert(names.end(), kLateNames.begin(), kLateNames.end());
+  names.insert(names.end(), kTimeNames.begin(), kTimeNames.end());
   return names;
 }
 
 Eigen::VectorXd belief_values(const Robot& robot, const Map& map) {
   const auto count = vision::kLandmarkNumbers * Eigen::Index(map.landmarks.size());
-  Eigen::VectorXd values(vision::kRigNumbers + count + kWheelNumbers + kLateNumbers);
+  Eigen::VectorXd values(vision::kRigNumbers + count + kLastNumbers);
   values.head<vision::kRigNumbers>() = vision::numbers_of(to_assumed_rig(robot));
   Eigen::Index at = vision::kRigNumbers;
   for (const Landmark& l : map.landmarks) {
     values.segment<vision::kLandmarkNumbers>(at) << l.x_m, l.y_m, l.top_m, l.radius_m;
     at += vision::kLandmarkNumbers;
   }
-  values.tail<kWheelNumbers + kLateNumbers>() << robot.drive.wheel_radius_m, 1, robot.drive.wheel_separation_m, 0, 0;
+  const RigView &lower = robot.rig.lower, &upper = robot.rig.upper;
+  values.tail<kLastNumbers>() << robot.drive.wheel_radius_m, 1, robot.drive.wheel_separation_m, lower.late_s,
+      upper.late_s, lower.readout_s, upper.readout_s;
   return values;
 }
 
@@ -138,13 +142,17 @@ Eigen::MatrixXd belief_covariance(const Calibration& calibration, const Robot& r
                     k >= 0 ? fmt::format("{}", calibration.values[k]) : "none");
   }
   take(0, vision::kRigNumbers);
-  const Eigen::Index wheels = count - kWheelNumbers - kLateNumbers;
+  const auto take_if_same = [&](Eigen::Index from, Eigen::Index numbers) {
+    bool are_same = true;
+    for (Eigen::Index i = from; i < from + numbers; ++i) are_same = are_same && agrees(i);
+    if (are_same) take(from, numbers);
+  };
+  const Eigen::Index wheels = count - kLastNumbers;
   for (Eigen::Index at = vision::kRigNumbers; at < wheels; at += vision::kLandmarkNumbers) {
-    bool is_there = true;
-    for (Eigen::Index i = at; i < at + vision::kLandmarkNumbers; ++i) is_there = is_there && agrees(i);
-    if (is_there) take(at, vision::kLandmarkNumbers);
+    take_if_same(at, vision::kLandmarkNumbers);
   }
-  if (agrees(wheels) && agrees(wheels + 1) && agrees(wheels + 2)) take(wheels, kWheelNumbers);
+  take_if_same(wheels, kWheelNumbers);
+  take_if_same(wheels + kWheelNumbers, vision::kTimeNumbers);
   Eigen::MatrixXd covariance = sigmas.cwiseAbs2().asDiagonal();
   covariance(here, here) = calibration.covariance(there, there);
   return covariance;

@@ -19,18 +19,18 @@ struct Calibration {
   Eigen::MatrixXd covariance;      ///< of their errors, symmetric and positive semi-definite
 };
 
-/// Numbers of the wheels and of the stamps at the end of belief_names().
-constexpr int kWheelNumbers = 3, kLateNumbers = 2;
+/// Numbers of the wheels in belief_names().
+constexpr int kWheelNumbers = 3;
 
 /// Returns the name of the calibration that belongs to a robot file: STEM.calibration.json beside it.
 std::filesystem::path calibration_file_of(const std::filesystem::path& robot_file);
 
 /// Returns the names of all that a robot believes: the rig's numbers (vision::RigNumber), the numbers of each landmark
-/// (vision::LandmarkNumber) as "landmark NAME x_m", wheel_radius_m, wheel_ratio, wheel_separation_m, then lower.late_s
-/// and upper.late_s.
+/// (vision::LandmarkNumber) as "landmark NAME x_m", wheel_radius_m, wheel_ratio, wheel_separation_m, then the times of
+/// exposure (vision::TimeNumber), as "lower.late_s".
 std::vector<std::string> belief_names(const Map& map);
 
-/// Returns the numbers themselves, in that order. The wheels' ratio is 1, and no image is believed to be late.
+/// Returns the numbers themselves, in that order. The wheels' ratio is 1.
 Eigen::VectorXd belief_values(const Robot& robot, const Map& map);
 
 /// Reads the key `belief` of a calibration file.
@@ -40,7 +40,7 @@ Calibration read_calibration(const std::filesystem::path& file);
 
 /// Returns the covariance of belief_values(): that of the calibration for the numbers that it states, and the squares
 /// of `sigmas` for the others. A landmark that is elsewhere than in the calibration, as on another map, is such
-/// another.
+/// another; so are wheels and times of exposure that differ.
 /// @throws FileError if a number of `rig:` is not the one that was calibrated, and names it
 Eigen::MatrixXd belief_covariance(const Calibration& calibration, const Robot& robot, const Map& map,
                                   const Eigen::VectorXd& sigmas);

@@ -50,6 +50,8 @@ struct RigView {
   bool mirrored = false;
   std::array<double, 2> tilt_rad{};       ///< of mirror and camera about the body's x and y axes, each within pi/4
   std::array<double, 2> axis_offset_m{};  ///< x and y of the lens in the body's frame
+  double late_s = 0;     ///< how much later than its stamp an image's middle row is exposed, -0.5 to 0.5
+  double readout_s = 0;  ///< from the exposure of the first row to that of the last row, -0.5 to 0.5
   /// k1 k2 p1 p2 [k3 [k4 k5 k6]] of OpenCV's lens model; empty: no distortion. From the robot file or from
   /// `camera_info`.
   std::vector<double> distortion{};
@@ -76,6 +78,7 @@ struct RigSigma {
   double tilt_rad = 0;       ///< about x and about y
   double axis_offset_m = 0;  ///< in x and in y
   double late_s = 0;         ///< of how much later than its stamp either view is exposed
+  double readout_s = 0;      ///< of the time from a view's first row to its last
   double distortion = 0;     ///< of k1 and of k2; of a lens without `distortion`, in units of v about the tip
 
   friend bool operator==(const RigSigma&, const RigSigma&) = default;

@@ -46,6 +46,8 @@ YAML::Node view_of(const Rig& rig, std::string_view mirror, const std::string& i
   if (view.mirrored) node["mirrored"] = true;
   if (!is_zero(view.tilt_rad)) node["tilt_rad"] = list_of(view.tilt_rad);
   if (!is_zero(view.axis_offset_m)) node["axis_offset_m"] = list_of(view.axis_offset_m);
+  if (view.late_s != 0) node["late_s"] = text_of(view.late_s);
+  if (view.readout_s != 0) node["readout_s"] = text_of(view.readout_s);
   if (!info_path.empty()) {
     node["camera_info"] = info_path;
   } else if (!view.distortion.empty()) {

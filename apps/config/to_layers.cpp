@@ -287,7 +287,10 @@ vision::Rig to_assumed_rig(const Robot& robot) {
   try {
     vision::MirrorView lower = to_view(rig.lower, rig.lens_height_m);
     mirror = "rig, upper mirror";
-    return {std::move(lower), to_view(rig.upper, upper_lens_m)};
+    return {std::move(lower),
+            to_view(rig.upper, upper_lens_m),
+            {vision::ExposureTimes{rig.lower.late_s, rig.lower.readout_s},
+             vision::ExposureTimes{rig.upper.late_s, rig.upper.readout_s}}};
   } catch (const std::invalid_argument& error) {
     throw FileError("{}: {}: {}", robot.file.string(), mirror, error.what());
   }
@@ -318,8 +321,8 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
     const LandmarkSigma& s = landmark.sigma;
     sigmas.insert(sigmas.end(), {s.x_m, s.y_m, s.top_m, s.radius_m});
   }
-  sigmas.insert(sigmas.end(),
-                {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m, rig.late_s, rig.late_s});
+  sigmas.insert(sigmas.end(), {wheels.wheel_radius_m, wheels.wheel_ratio, wheels.wheel_separation_m, rig.late_s,
+                               rig.late_s, rig.readout_s, rig.readout_s});
 
   const Eigen::VectorXd independent = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()));
   Eigen::MatrixXd covariance = independent.cwiseAbs2().asDiagonal();
@@ -337,8 +340,8 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
   Eigen::Matrix3d by_sizes;  // of left radius share, right radius share, separation
   const double per_radius = 1 / robot.drive.wheel_radius_m;
   by_sizes << per_radius, -0.5, 0, per_radius, 0.5, 0, 0, 0, 1;
-  errors.wheels = by_sizes * by_shared.bottomRows<kWheelNumbers + kLateNumbers>().topRows<kWheelNumbers>();
-  errors.vision.late = by_shared.bottomRows<kLateNumbers>();
+  errors.wheels = by_sizes * by_shared.bottomRows<kWheelNumbers + vision::kTimeNumbers>().topRows<kWheelNumbers>();
+  errors.vision.times = by_shared.bottomRows<vision::kTimeNumbers>();
   return errors;
 }
 

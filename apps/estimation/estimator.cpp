@@ -125,10 +125,10 @@ Estimator::Estimator(Method method, const config::Robot& robot, const config::Ma
 }
 
 FrameAnswer Estimator::answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower,
-                                         const cv::Mat& upper, const std::optional<BodyTwist>& twist,
+                                         const cv::Mat& upper, const std::optional<vision::FrameMotion>& motion,
                                          double begin_s) const {
   FrameAnswer answer;
-  vision::FrameObservation observation = ranging.look(lower, upper, twist);
+  vision::FrameObservation observation = ranging.look(lower, upper, motion);
   if (stage_) {
     observation.take(wanted_, *stage_);
     answer.ranges = observation.measurements();
@@ -144,7 +144,7 @@ FrameAnswer Estimator::answer_by_outline(const vision::OutlineRanging& ranging, 
 }
 
 Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper,
-                                      const std::optional<BodyTwist>& twist) const {
+                                      const std::optional<vision::FrameMotion>& motion) const {
   Image lower_rgb;
   Image upper_rgb;
   const auto below = as_rgb(lower, lower_size_, "lower", lower_rgb);
@@ -161,7 +161,7 @@ Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper,
     answer.fix = fix_of_paper(answer.ranges, landmarks_m_);
     answer.timing.localisation_s = thread_time_s() - ranged_s;
   } else {
-    answer = answer_by_outline(std::get<vision::OutlineRanging>(ranging_), *below, *above, twist, begin_s);
+    answer = answer_by_outline(std::get<vision::OutlineRanging>(ranging_), *below, *above, motion, begin_s);
   }
   answer.timing.vision_s = thread_time_s() - begin_cpu_s - answer.timing.localisation_s;
   answer.timing.wall_s = clock_s_() - begin_s;

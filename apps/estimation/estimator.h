@@ -61,17 +61,17 @@ class Estimator {
   Estimator(Method method, const config::Robot& robot, const config::Map& map,
             std::function<double()> clock_s = steady_time_s);
 
-  /// Returns the answer for one stereo frame, at the time of its stamps.
-  /// @param twist of the body while the images are exposed, from the wheels. It determines how much the doubt about the
-  /// stamps counts; nothing: the robot stands
+  /// Returns the answer for one stereo frame, at the time of its lower image's stamp.
+  /// @param motion of the body while the images are exposed, from the wheels; nothing: the robot stands. Method `paper`
+  /// does not use it.
   /// Errors: kBadData if the size of an image differs from that in the robot file, if the number of its bytes is wrong,
   /// or if its JPEG data are damaged.
   [[nodiscard]] Result<FrameAnswer> answer(const Image& lower, const Image& upper,
-                                           const std::optional<BodyTwist>& twist = {}) const;
+                                           const std::optional<vision::FrameMotion>& motion = {}) const;
 
  private:
   [[nodiscard]] FrameAnswer answer_by_outline(const vision::OutlineRanging& ranging, const cv::Mat& lower,
-                                              const cv::Mat& upper, const std::optional<BodyTwist>& twist,
+                                              const cv::Mat& upper, const std::optional<vision::FrameMotion>& motion,
                                               double begin_s) const;
 
   std::vector<Eigen::Vector2d> landmarks_m_;

@@ -79,7 +79,8 @@ Result<runlog::RunData> localise(const fs::path& folder, estimation::Method meth
     localisation::Fix fix;
     is_any_read = is_any_read || *pair;
     if (*pair) {
-      const auto answer = estimator.answer((*pair)->lower, (*pair)->upper, runlog::twist_at(run, i));
+      const auto answer = estimator.answer((*pair)->lower, (*pair)->upper,
+                                           vision::frame_motion(runlog::twist_at(run, i), frame.skew_s));
       if (!answer) return with_name(fmt::format("frame {}", frame.frame), answer.error());
       answers.push_back(runlog::to_rows(frame.frame, frame.t_s, *answer, run.map, truth));
       answers.back().timing = runlog::to_row(frame.frame, frame.t_s, answer->timing,

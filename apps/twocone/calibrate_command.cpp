@@ -52,7 +52,10 @@ void set_prior(const std::string& text, vision::CalibrationPriors& priors) {
                                              {"distortion", &priors.distortion},
                                              {"wheel_radius_share", &priors.wheel_radius_share},
                                              {"wheel_ratio", &priors.wheel_ratio},
-                                             {"wheel_separation_m", &priors.wheel_separation_m}};
+                                             {"wheel_separation_m", &priors.wheel_separation_m},
+                                             {"latency_s", &priors.latency_s},
+                                             {"skew_s", &priors.skew_s},
+                                             {"readout_s", &priors.readout_s}};
   const std::size_t equals = text.find('=');
   const auto found = known.find(text.substr(0, equals));
   if (equals == std::string::npos || found == known.end()) {

@@ -66,20 +66,20 @@ TEST(Belief, ZeroIsExact) {
 TEST(Belief, EveryNumberHasItsOwnError) {
   const Robot robot = robot_with("  sigma: {}\n", "  sigma: {wheel_radius_m: 0.001, wheel_ratio: 0.02}\n");
   const BeliefErrors errors = to_belief_errors(robot, good_map());
-  // 2 x 13 of the views, 2 of the rig, 2 x 4 of the landmarks, 3 of the wheels, 2 of the stamps.
-  EXPECT_EQ(errors.vision.rig.cols(), 26 + 2 + 8 + 3 + 2);
+  // 2 x 13 of the views, 2 of the rig, 2 x 4 of the landmarks, 3 of the wheels, 4 of the exposures.
+  EXPECT_EQ(errors.vision.rig.cols(), 26 + 2 + 8 + 3 + 4);
   const Eigen::VectorXd sigmas = sigmas_of(errors);
   EXPECT_EQ(sigmas[vision::kSeparation], 0.003);
   EXPECT_EQ(sigmas[int(vision::kRigNumbers) + vision::kTop], 0.002) << "of the first landmark, as its map states";
   EXPECT_EQ(sigmas[int(vision::kRigNumbers) + vision::kLandmarkNumbers + vision::kPlaceX], kTapeSigma.x_m);
   // The wheels: 0.001 of the radius is common to both, half of the ratio's error is on either side.
-  const Eigen::Matrix3d by_wheels = errors.wheels.rightCols<5>().leftCols<3>();
+  const Eigen::Matrix3d by_wheels = errors.wheels.rightCols<7>().leftCols<3>();
   const Eigen::Vector2d common = by_wheels.col(0).head<2>();
   EXPECT_DOUBLE_EQ(common[0], 0.001 / robot.drive.wheel_radius_m);
   EXPECT_DOUBLE_EQ(common[1], common[0]);
   EXPECT_DOUBLE_EQ(by_wheels(0, 1), -0.01);
   EXPECT_DOUBLE_EQ(by_wheels(1, 1), 0.01);
-  EXPECT_EQ(errors.vision.late.rightCols<2>(), Eigen::Matrix2d(0.01 * Eigen::Matrix2d::Identity()));
+  EXPECT_EQ(errors.vision.times.rightCols<4>(), Eigen::Matrix4d(0.01 * Eigen::Matrix4d::Identity()));
 }
 
 TEST(Belief, OneNoteNamesAllThatStatesNone) {
@@ -159,6 +159,18 @@ TEST_F(CalibrationFile, ALandmarkElsewhereIsIndependentOfIt) {
   EXPECT_LT(mixed.cwiseAbs().maxCoeff(), 1e-15);
   EXPECT_NEAR(all.vision.landmarks[1].row(vision::kPlaceX).norm(), kTapeSigma.x_m, 1e-12);
   EXPECT_NEAR((all.vision.rig * all.vision.landmarks[0].transpose())(3, 0), 0.5e-6, 1e-15);
+}
+
+TEST_F(CalibrationFile, OtherTimesOfExposureAreIndependentOfIt) {
+  const auto mixed = [&](double late_s) {
+    Robot robot = robot_with("");
+    robot.rig.lower.late_s = late_s;
+    robot.rig.calibration = folder_.write("good.calibration.json", json_.dump());
+    const BeliefErrors all = to_belief_errors(robot, good_map());
+    return (all.vision.rig * all.vision.times.transpose())(3, vision::kReadoutOfUpper);
+  };
+  EXPECT_NEAR(mixed(0), 0.5e-6, 1e-15);
+  EXPECT_NEAR(mixed(0.001), 0, 1e-15);
 }
 
 TEST_F(CalibrationFile, OfAnotherRigIsRefused) {

@@ -35,6 +35,15 @@ TEST(RigKeys, TiltAndOffsetAreOfOneMirrorOrOfBoth) {
   EXPECT_EQ(rig.upper.axis_offset_m, (std::array{0.003, -0.004}));
 }
 
+TEST(RigKeys, TimesOfExposureAreOfOneViewOrOfBoth) {
+  const Rig rig = robot_beside_the_good_one(with_upper("    late_s: -0.0125\n")).rig;
+  EXPECT_EQ(rig.lower.late_s, 0);
+  EXPECT_EQ(rig.upper.late_s, -0.0125);
+  const Rig both = robot_beside_the_good_one(with_common("  readout_s: 0.03\n")).rig;
+  EXPECT_EQ(both.lower.readout_s, 0.03);
+  EXPECT_EQ(both.upper.readout_s, 0.03);
+}
+
 TEST(RigKeys, ALensComesWithItsFocalLengthAndMiddle) {
   const Rig rig = robot_beside_the_good_one(with_upper("    distortion: [0.1, 0.2, 0.01, 0.02, 0.3, 0.4, 0.5, 0.6]\n"
                                                        "    distortion_focal_px: [701.25, 698.5]\n"
@@ -104,6 +113,8 @@ const BadCase kBadRigKeys[] = {
      "robot.yaml:34: rig.upper.tilt_rad is [0.011, 0, 0] rad, must be a list of 2 numbers (radians)"},
     {"OffsetIsNoNumber", "lens_height_m: 0.23", "lens_height_m: 0.23\n  axis_offset_m: [left, 0]",
      "robot.yaml:23: rig.axis_offset_m[0] is 'left', must be a number (metres)"},
+    {"LateInMilliseconds", "lens_height_m: 0.23", "lens_height_m: 0.23\n  late_s: 12",
+     "robot.yaml:23: rig.late_s is 12 s, must be -0.5 to 0.5"},
     {"SixCoefficients", "tilt_rad: [0.011, -0.007]", "distortion: [1, 2, 3, 4, 5, 6]",
      "robot.yaml:34: rig.upper.distortion is a list of 6, must be a list of 0 or 4 or 5 or 8 numbers"},
     {"FocalLengthWithoutALens", "tilt_rad: [0.011, -0.007]", "distortion_focal_px: [700, 700]",

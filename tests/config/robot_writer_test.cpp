@@ -73,6 +73,8 @@ TEST_F(RobotWriterTest, NumbersReadBackEqual) {
     view->azimuth_rad = sign * 1e-17 / 3;
     view->tilt_rad = {sign * 0.5 / 57, -sign * 1e-300};
     view->axis_offset_m = {-sign * 0.002 / 3, 5e-324};
+    view->late_s = -sign * 0.02 / 3;
+    view->readout_s = 0.031 / 7;
     view->distortion = {-0.1 / 3, 0.02 / 7, 0.001 / 9, -0.002 / 11};
     view->distortion_focal_px = {708.0 / 0.9, 709.0 / 1.1};
     view->distortion_principal_px = {322.0 / 1.3, 243.0 / 1.7};

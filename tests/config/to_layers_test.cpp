@@ -215,7 +215,7 @@ TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
   missing = {"lower.centre_px"};
   for (RigView* view : {&lower, &upper}) {
     auto& [apex_rad, mirror_radius_m, lens_to_tip_m, centre_px, rim_radius_px, azimuth_rad, mirrored, tilt_rad,
-           axis_offset_m, distortion, focal_px, principal_px, camera_info] = *view;
+           axis_offset_m, late_s, readout_s, distortion, focal_px, principal_px, camera_info] = *view;
     apex_rad *= 1.3;
     mirror_radius_m *= 1.1;
     lens_to_tip_m *= 0.9;
@@ -226,6 +226,8 @@ TEST(BeliefAndTruth, NothingOfTheRigReachesTheDrivers) {
     mirrored = !mirrored;
     tilt_rad[0] += 0.03;
     axis_offset_m[1] -= 0.002;
+    late_s = -0.02;
+    readout_s = 0.01;
     distortion = {0.1, -0.2, 0.003, 0.004};
     focal_px = {611.0, 613.0};
     principal_px = {317.0, 241.0};
@@ -350,6 +352,9 @@ TEST(ToRig, HoldsEveryFieldOfBothMirrors) {
   Robot robot = good_robot();
   robot.rig.lower.axis_offset_m = {0.003, -0.004};
   EXPECT_EQ(to_rig(robot).lower.settings().axis_offset_m, Eigen::Vector2d(0.003, -0.004));
+  robot.rig.lower.late_s = -0.004;
+  robot.rig.upper.readout_s = 0.012;
+  EXPECT_EQ(to_rig(robot).exposures, (std::array{vision::ExposureTimes{-0.004, 0}, vision::ExposureTimes{0, 0.012}}));
 }
 
 TEST(ToRig, ALensIsAboutTheMirrorsImageUnlessTheFileSaysOtherwise) {

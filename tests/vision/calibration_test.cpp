@@ -356,6 +356,30 @@ TEST(Calibration, FindsLensDistortionWhenAsked) {
   EXPECT_LT(result.rms_after_px[0], 1.05 * world.noise_px);
 }
 
+/// The rim is seen in the distorted image, and the landmarks do not determine it.
+TEST(Calibration, ALensThatIsNotCalibratedCountsInTheSigmasOfTheRims) {
+  DriveSettings world;
+  MirrorViewSettings lower = lab_view(0.25);
+  lower.distortion = LensDistortion{{-0.02, 0, 0, 0}, {708, 708}, lower.centre_px};
+  world.rig.lower = MirrorView(lower);
+  CalibrationProblem problem = problem_of(world);
+  const double seen_px =
+      world.rig.lower.distort_px(lower.centre_px + Eigen::Vector2d(lower.rim_radius_px, 0))->x() - lower.centre_px.x();
+  problem.lower_rim = RimMeasurement{lower.centre_px, seen_px, 0.05, 0.05, 0.1, 1};
+  const auto rim_of = [&] {
+    const CalibrationResult result = calibrate(problem);
+    EXPECT_EQ(result.verdict, CalibrationVerdict::kOk);
+    EXPECT_FALSE(result.rig->lower.has_distortion());
+    return parameter(result, "lower.rim_radius_px");
+  };
+  const CalibratedParameter trusted = rim_of();
+  EXPECT_GT(std::abs(trusted.after - lower.rim_radius_px), 5 * trusted.sigma);
+  problem.distortion_sigma = 0.02;
+  const CalibratedParameter doubted = rim_of();
+  EXPECT_NEAR(doubted.after, trusted.after, 0.5 * doubted.sigma) << "it is no other answer";
+  EXPECT_NEAR(doubted.after, lower.rim_radius_px, 2 * doubted.sigma);
+}
+
 TEST(Calibration, RefusesBadArguments) {
   const DriveSettings world;
   CalibrationProblem problem = problem_of(world);

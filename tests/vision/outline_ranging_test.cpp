@@ -71,6 +71,75 @@ TEST(OutlineRanging, WithoutNoiseFindsEveryLandmarkToAFewHundredthsOfAPixel) {
   }
 }
 
+/// The landmarks as the body sees them `time_s` after the frame's time.
+std::vector<SyntheticLandmark> seen_later(std::vector<SyntheticLandmark> landmarks, const BodyTwist& twist,
+                                          double time_s) {
+  for (SyntheticLandmark& l : landmarks) l.centre_m = place_after(l.centre_m, twist, time_s);
+  return landmarks;
+}
+
+TEST(OutlineRanging, ImagesOfOtherTimesGiveThePlacesOfTheFramesTime) {
+  const BodyTwist twist{0.4, 1.7};
+  Rig rig = lab_rig();
+  rig.exposures = {ExposureTimes{-0.012, 0}, ExposureTimes{0.009, 0}};
+  const double stamped_s = 0.004;  // of the upper image after the lower one
+  const SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  std::mt19937_64 random(1);
+  const auto at = [&](double time_s) {
+    return lab().take({seen_later(scene.landmarks, twist, time_s), {}, {}}, {}, random);
+  };
+  const cv::Mat lower = at(-0.012).lower;
+  const cv::Mat upper = at(0.009 + stamped_s).upper;
+  const auto targets = targets_of(six_landmarks());
+  const OutlineRanging ranging(rig, targets, kImage, kImage);
+  const auto measured = ranging.measure(lower, upper, FrameMotion{twist, stamped_s});
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    expect_near(measured[k], scene.landmarks[k], kQuiet_px, "landmark " + std::to_string(k + 1));
+  }
+  // The same places are expected of a frame that is measured landmark by landmark.
+  FrameObservation observation = ranging.look(lower, upper, FrameMotion{twist, stamped_s});
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const Truth truth = truth_of(scene.landmarks[k]);
+    observation.expect(k, truth.range_m, truth.bearing_rad);
+    observation.take(std::array{k}, Stage::kFine);
+    expect_near(observation.measurements()[k], scene.landmarks[k], kQuiet_px, "expected " + std::to_string(k + 1));
+  }
+  EXPECT_EQ(ranging.measure(lower, upper)[0].verdict, RangeVerdict::kInconsistent) << "a body that stands";
+}
+
+/// Each of a few bands of rows is of an image of its own time.
+TEST(OutlineRanging, RowsThatAreExposedOneAfterTheOtherAreMovedToTheFramesTime) {
+  constexpr int kBands = 16;
+  const BodyTwist twist{0, 1.7};
+  const double readout_s = 0.02;
+  Rig rig = lab_rig();
+  rig.exposures = {ExposureTimes{0, readout_s}, ExposureTimes{0, readout_s}};
+  const SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  std::mt19937_64 random(1);
+  cv::Mat lower(kImage, CV_8UC3), upper(kImage, CV_8UC3);
+  for (int band = 0; band < kBands; ++band) {
+    const cv::Range rows(band * kImage.height / kBands, (band + 1) * kImage.height / kBands);
+    const double time_s = readout_s * readout_share((rows.start + rows.end - 1) / 2.0, kImage.height);
+    const auto pair = lab().take({seen_later(scene.landmarks, twist, time_s), {}, {}}, {}, random);
+    pair.lower.rowRange(rows).copyTo(lower.rowRange(rows));
+    pair.upper.rowRange(rows).copyTo(upper.rowRange(rows));
+  }
+  const auto measured =
+      OutlineRanging(rig, targets_of(six_landmarks()), kImage, kImage).measure(lower, upper, FrameMotion{twist, 0});
+  const auto global = OutlineRanging(lab_rig(), targets_of(six_landmarks()), kImage, kImage)
+                          .measure(lower, upper, FrameMotion{twist, 0});
+  const double most_rad = 0.03 * twist.turn_radps * readout_s;
+  int wrong = 0;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    const Truth truth = truth_of(scene.landmarks[k]);
+    ASSERT_TRUE(measured[k].bearing_rad) << k;
+    EXPECT_NEAR(*measured[k].bearing_rad, truth.bearing_rad, most_rad) << k;
+    const auto& bearing_rad = global[k].bearing_rad;
+    if (!bearing_rad || std::abs(*bearing_rad - truth.bearing_rad) > most_rad) ++wrong;
+  }
+  EXPECT_GE(wrong, 4) << "without readout_s";
+}
+
 TEST(OutlineRanging, BrightnessAndShadingOfTheScenesDoNotMoveTheEdges) {
   SyntheticScene scene{seen_from(six_landmarks(), {0.31, 0.17}, 0.71), {}, {0.3, 0.7, 0.9}};
   for (const double gain : {0.3, 0.7, 1.3}) {

@@ -9,6 +9,8 @@
 #include <Eigen/LU>
 
 #include "tests/support/synthetic_lab.h"
+#include "vision/method_arguments.h"
+#include "vision/outline/view_fitter.h"
 #include "vision/outline_ranging.h"
 
 namespace twocone::vision {
@@ -265,6 +267,38 @@ TEST(OutlineStages, OnlyWhatIsWantedIsLookedFor) {
     }
   }
   EXPECT_THROW(OutlineRanging(lab.rig, lab.targets, lab.size, lab.size, {6}), std::out_of_range);
+}
+
+/// The pixels that a fit reads are those about its start.
+TEST(OutlineStages, AFineFitThatStartsAPixelOffEndsWhereTheOthersDo) {
+  const Lab& lab = half_lab();
+  const ColourTable table(colours_of(lab.targets));
+  const ViewFitter fitter(lab.rig.lower, lab.size, table);
+  EdgeSamples samples;
+  int fitted = 0;
+  for (const Lab::Frame& frame : lab.frames(kFrames)) {
+    const auto found = fitter.finder().find(frame.lower, table, std::vector<bool>(lab.targets.size(), true));
+    for (const std::size_t k : kAll) {
+      if (found[k].candidates.empty() || found[k].candidates.front().at_rim) continue;
+      OutlineSearch look;
+      look.candidate = found[k].candidates.front();
+      const OutlineTask task{k, frame.lower, look, samples};
+      const auto start = fitter.place(*look.candidate, lab.targets[k].radius_m, lab.targets[k].top_m);
+      if (!start) continue;
+      fitter.fit_coarse(task, *start);
+      const auto common = ViewFitter::common({&look});
+      if (!look.fit || !common) continue;
+      OutlineSearch off = look;
+      off.fit->cylinder.range_m += 1 / look.fit->outline.near().by_range_pxpm.norm();
+      fitter.fit_fine(task, *common);
+      fitter.fit_fine({k, frame.lower, off, samples}, *common);
+      ASSERT_TRUE(look.fit && off.fit);
+      const double apart_m = off.fit->cylinder.range_m - look.fit->cylinder.range_m;
+      EXPECT_LT(std::abs(apart_m) * look.fit->outline.near().by_range_pxpm.norm(), 0.03) << "landmark " << k;
+      ++fitted;
+    }
+  }
+  EXPECT_GT(fitted, 20);
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ Eigen::MatrixXd remainder_of(std::size_t tested, const std::vector<std::size_t>&
 }  // namespace
 
 std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedModel& model) {
-  std::vector<int> held = model.constants();
+  std::vector<int> held = model.fixed;
   for (;;) {
     const std::vector<int> free = all_but(held, information.rows());
     const auto shared = std::ranges::count_if(free, [](int i) { return i < kSharedNumbers; });
@@ -197,7 +197,8 @@ void take_belief(const SharedModel& model, const std::vector<Landmark>& landmark
   const Eigen::Index places = kRigNumbers;
   const Eigen::Index wheels = places + kLandmarkNumbers * count;
   // The believed numbers by the unknowns.
-  Eigen::MatrixXd by_unknowns = Eigen::MatrixXd::Zero(wheels + CalibrationResult::kWheelNumbers, covariance.cols());
+  const Eigen::Index times = wheels + CalibrationResult::kWheelNumbers;
+  Eigen::MatrixXd by_unknowns = Eigen::MatrixXd::Zero(times + kTimeNumbers, covariance.cols());
   for (int i = 0; i < kRigNumbers; ++i) by_unknowns(i, i) = model.sigma[i];
   for (const int number : {kAzimuth, kOffsetX, kOffsetY}) {
     const int lower = rig_number(Side::kLower, number);
@@ -206,6 +207,11 @@ void take_belief(const SharedModel& model, const std::vector<Landmark>& landmark
   for (const int i : {kWheelRadius, kWheelRatio, kWheelSeparation}) {
     by_unknowns(wheels + (i - kWheelRadius), i) = model.sigma[i];
   }
+  // As in to_exposures().
+  by_unknowns(times + kLateOfLower, kLatency) = by_unknowns(times + kLateOfUpper, kLatency) = -model.sigma[kLatency];
+  by_unknowns(times + kLateOfUpper, kSkew) = model.sigma[kSkew];
+  by_unknowns(times + kReadoutOfLower, kLowerReadout) = model.sigma[kLowerReadout];
+  by_unknowns(times + kReadoutOfUpper, kUpperReadout) = model.sigma[kUpperReadout];
   result.landmarks = landmarks;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const LandmarkVector sigma = sigmas_of(landmarks[i]);

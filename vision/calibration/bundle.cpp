@@ -34,7 +34,8 @@ void take_view(SharedModel& model, const MirrorView& view, Side side, const Cali
 
   ViewConstants& constants = model.views[side == Side::kLower ? 0 : 1];
   constants.sense = s.mirrored ? -1 : 1;
-  constants.has_lens = problem.fit_distortion || view.has_distortion();
+  const double distortion_sigma = problem.fit_distortion ? priors.distortion : problem.distortion_sigma;
+  constants.has_lens = distortion_sigma > 0 || view.has_distortion();
   constants.focal_px.setConstant(view.focal_length_px());
   constants.principal_px = s.centre_px;
   std::array<double, 8> k{};
@@ -45,11 +46,17 @@ void take_view(SharedModel& model, const MirrorView& view, Side side, const Cali
     std::copy(s.distortion->coefficients.begin(), s.distortion->coefficients.end(), k.begin());
   }
   std::copy(k.begin() + 2, k.end(), constants.further.begin());
-  set(kK1, k[0], problem.fit_distortion ? priors.distortion : 0);
-  set(kK2, k[1], problem.fit_distortion ? priors.distortion : 0);
+  set(kK1, k[0], distortion_sigma);
+  set(kK2, k[1], distortion_sigma);
 }
 
-void take_timing(SharedModel& model, const CalibrationProblem& problem) {
+void take_times(SharedModel& model, const CalibrationProblem& problem) {
+  const auto& [lower, upper] = problem.rig.exposures;
+  model.mean[kLatency] = 0 - lower.late_s;  // 0 - 0 is no negative zero
+  model.mean[kSkew] = upper.late_s - lower.late_s;
+  model.mean[kLowerReadout] = lower.readout_s;
+  model.mean[kUpperReadout] = upper.readout_s;
+  if (!problem.fit_timing) return;
   if (std::ranges::none_of(problem.frames, [](const CalibrationFrame& f) { return f.twist.has_value(); })) return;
   const CalibrationPriors& priors = problem.priors;
   model.sigma[kSkew] = priors.skew_s;
@@ -70,24 +77,21 @@ SharedModel::SharedModel(const CalibrationProblem& problem) {
   mean[kSeparation] = problem.rig.mirror_separation_m();
   sigma[kLensHeight] = problem.priors.lens_height_m;
   sigma[kSeparation] = problem.priors.mirror_separation_m;
-  if (problem.fit_timing) take_timing(*this, problem);
-  if (!problem.wheels) return;
-  has_wheels = true;
-  wheels = *problem.wheels;
-  mean[kWheelRadius] = wheels.radius_m;
-  sigma[kWheelRadius] = problem.priors.wheel_radius_share * wheels.radius_m;
-  mean[kWheelRatio] = 1;
-  sigma[kWheelRatio] = problem.priors.wheel_ratio;
-  mean[kWheelSeparation] = wheels.separation_m;
-  sigma[kWheelSeparation] = problem.priors.wheel_separation_m;
-}
-
-std::vector<int> SharedModel::constants() const {
-  std::vector<int> constants;
-  for (int i = 0; i < kSharedNumbers; ++i) {
-    if (sigma[i] == 0) constants.push_back(i);
+  take_times(*this, problem);
+  if (problem.wheels) {
+    has_wheels = true;
+    wheels = *problem.wheels;
+    mean[kWheelRadius] = wheels.radius_m;
+    sigma[kWheelRadius] = problem.priors.wheel_radius_share * wheels.radius_m;
+    mean[kWheelRatio] = 1;
+    sigma[kWheelRatio] = problem.priors.wheel_ratio;
+    mean[kWheelSeparation] = wheels.separation_m;
+    sigma[kWheelSeparation] = problem.priors.wheel_separation_m;
   }
-  return constants;
+  const auto is_of_lens = [](int i) { return i < kLensHeight && (i % kViewNumbers == kK1 || i % kViewNumbers == kK2); };
+  for (int i = 0; i < kSharedNumbers; ++i) {
+    if (sigma[i] == 0 || (is_of_lens(i) && !problem.fit_distortion)) fixed.push_back(i);
+  }
 }
 
 MirrorView to_view(const SharedModel& model, const Shared& numbers, const MirrorViewSettings& like, Side side) {
@@ -101,13 +105,18 @@ MirrorView to_view(const SharedModel& model, const Shared& numbers, const Mirror
   settings.cone = {.apex_rad = n.apex, .rim_radius_m = n.mirror_radius, .lens_to_tip_m = n.lens_to_tip};
   settings.lens_height_m = n.lens_height;
   const ViewConstants& constants = model.views[side == Side::kLower ? 0 : 1];
-  if (constants.has_lens) {
+  if (constants.has_lens && (like.distortion || n.k1 != 0 || n.k2 != 0)) {
     LensDistortion lens{{n.k1, n.k2}, constants.focal_px, constants.principal_px};
     lens.coefficients.insert(lens.coefficients.end(), constants.further.begin(),
                              constants.further.begin() + std::ptrdiff_t(constants.lens_terms - 2));
     settings.distortion = lens;
   }
   return MirrorView(settings);
+}
+
+std::array<ExposureTimes, 2> to_exposures(const Shared& numbers) {
+  return {ExposureTimes{0 - numbers[kLatency], numbers[kLowerReadout]},
+          ExposureTimes{numbers[kSkew] - numbers[kLatency], numbers[kUpperReadout]}};
 }
 
 std::string name_of(int shared_number) {

@@ -19,7 +19,8 @@
 namespace twocone::vision::calibration {
 
 /// The numbers that all frames share: those of the rig (RigNumber), then these. The upper view's azimuth and offset are
-/// relative to the lower one's.
+/// relative to the lower one's. Latency and skew are Rig::exposures in another form: how much earlier than its stamp
+/// the lower view is exposed, and how much later than that the upper view is.
 enum SharedNumber : int {
   kWheelRadius = kRigNumbers,
   kWheelRatio,
@@ -49,23 +50,22 @@ struct ViewConstants {
   std::size_t lens_terms = 4;
 };
 
-/// The prior of the shared numbers, which also gives their scale: number = mean + sigma * unknown. A number with sigma
-/// 0 is a constant.
+/// The prior of the shared numbers, which also gives their scale: number = mean + sigma * unknown.
 struct SharedModel {
   Shared mean = Shared::Zero();
   Shared sigma = Shared::Zero();
+  std::vector<int> fixed;  ///< numbers that are not estimated; their sigma is 0 where they are exact
   std::array<ViewConstants, 2> views;
   bool has_wheels = false;
   WheelBelief wheels;  ///< used for the wheels' noise
 
   explicit SharedModel(const CalibrationProblem& problem);
 
-  /// Returns the numbers with sigma 0.
-  [[nodiscard]] std::vector<int> constants() const;
   [[nodiscard]] Shared numbers(const Shared& unknowns) const { return mean + sigma.cwiseProduct(unknowns); }
 };
 
 MirrorView to_view(const SharedModel& model, const Shared& numbers, const MirrorViewSettings& like, Side side);
+std::array<ExposureTimes, 2> to_exposures(const Shared& numbers);
 std::string name_of(int shared_number);
 
 struct SightingRow {

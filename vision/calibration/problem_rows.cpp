@@ -204,6 +204,8 @@ void check(const CalibrationProblem& problem) {
     }
   }
   bad.require(problem.systematic_px >= 0 && std::isfinite(problem.systematic_px), "systematic_px must be >= 0");
+  bad.require(problem.distortion_sigma >= 0 && std::isfinite(problem.distortion_sigma),
+              "distortion_sigma must be >= 0");
   bad.require(problem.height_px[0] >= 0 && problem.height_px[1] >= 0, "height_px must be >= 0");
   const CalibrationPriors& p = problem.priors;
   for (const double prior :
@@ -266,8 +268,7 @@ Bundle bundle_of(const CalibrationProblem& problem) {
       const Eigen::Vector2d from_tip = s.sighting.pixel_px - view.settings().centre_px;
       const auto ring = std::size_t(std::min(from_tip.norm() / view.settings().rim_radius_px * kRings, kRings - 1.0));
       const auto view_index = std::size_t(s.side);
-      const int height_px = problem.height_px[view_index];
-      if (height_px > 1) row.readout_share = s.sighting.pixel_px.y() / (height_px - 1) - 0.5;
+      row.readout_share = readout_share(s.sighting, problem.height_px[view_index]);
       const std::size_t group = 2 * s.landmark + view_index;
       const std::size_t rings_from = 2 * problem.landmarks.size();
       row.groups = {group, rings_from + view_index * kRings + ring, rings_from + (2 + group) * kRings + ring};

@@ -148,6 +148,26 @@ double scatter(const Scores& all, const Scores& own, double least) {
   return alone > kOddScatter * common ? alone : common;
 }
 
+/// Returns Sighting::exposed_row: the mean row of the outline, with the weight that a pixel of it has for the bearing.
+double exposed_row(const Outline& outline) {
+  double rows = 0;
+  double weights = 0;
+  for (std::size_t i = 0; i + 1 < outline.vertices.size(); ++i) {
+    const Outline::Vertex &from = outline.vertices[i], &to = outline.vertices[i + 1];
+    const Eigen::Vector2d way_px = to.pixel_px - from.pixel_px;
+    const Eigen::Vector2d normal(-way_px.y(), way_px.x());
+    // Simpson's rule: on the sides, the weight grows with the square of the distance from the tip.
+    for (const auto& [share, factor] : {std::pair{0.0, 1.0}, {0.5, 4.0}, {1.0, 1.0}}) {
+      const double by_bearing =
+          normal.dot(from.by_bearing_pxprad + share * (to.by_bearing_pxprad - from.by_bearing_pxprad));
+      const double weight = factor * by_bearing * by_bearing / std::max(way_px.norm(), 1e-9);
+      rows += weight * (from.pixel_px.y() + share * way_px.y());
+      weights += weight;
+    }
+  }
+  return weights > 0 ? rows / weights : outline.near().pixel_px.y();
+}
+
 std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, double side_scatter) {
   // The arc determines the range, the sides the bearing.
   const Eigen::Vector2d root(std::sqrt(arc_scatter), std::sqrt(side_scatter));
@@ -173,6 +193,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   sighting.covariance_px2 = by_place * covariance * by_place.transpose();
   const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
   sighting.edge_noise_px = std::sqrt(fit.length_px / information);
+  sighting.exposed_row = exposed_row(fit.outline);
   return sighting;
 }
 
@@ -189,6 +210,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, const OneRayFits& fit
   const double determinant = sighting.covariance_px2.determinant();
   if (!sighting.covariance_px2.allFinite() || !(determinant > 0)) return std::nullopt;
   sighting.edge_noise_px = std::pow(fits.motion.determinant() * posterior.covariance.determinant(), 0.25);
+  sighting.exposed_row = exposed_row(fit.outline);
   return sighting;
 }
 
@@ -241,6 +263,10 @@ class ToleranceChoice {
 };
 
 /// @param step (range m, bearing rad)
+Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step) {
+  return {cylinder.range_m + step.x(), cylinder.bearing_rad + step.y(), cylinder.radius_m, cylinder.top_m};
+}
+
 double step_px(const Outline& outline, const Eigen::Vector2d& step) {
   return std::hypot(outline.near().by_range_pxpm.norm() * step.x(), outline.near().by_bearing_pxprad.norm() * step.y());
 }
@@ -384,39 +410,40 @@ std::optional<ViewFitter::Common> ViewFitter::common(const std::vector<const Out
   return common;
 }
 
+std::optional<Eigen::Vector2d> ViewFitter::fit_whole(const OutlineTask& task, const Cylinder& start,
+                                                     const Common& common, double converged_px) const {
+  OutlineSearch& look = task.look;
+  look.is_fine = true;
+  look.is_one_ray = common.is_one_ray;
+  fit(task, start, common.reach, common.noise, {common.blur_px, common.blur_px, converged_px}, 1);
+  if (!look.fit) return std::nullopt;
+  look.one_ray = common.is_one_ray ? fit_one_ray(task.edge_samples, *look.fit) : std::nullopt;
+  return look.one_ray ? look.one_ray->by_tolerance.front().step : look.fit->step;
+}
+
 void ViewFitter::fit_fine(const OutlineTask& task, const Common& common) const {
-  task.look.is_fine = true;
-  task.look.is_one_ray = common.is_one_ray;
   Cylinder start = task.look.fit->cylinder;
   for (int round = 0; round < kFineRounds; ++round) {
-    fit(task, start, common.reach, common.noise, {common.blur_px, common.blur_px, kConverged_px}, 1);
-    if (!task.look.fit) return;
-    const OutlineFit& fit = *task.look.fit;
-    task.look.one_ray = common.is_one_ray ? fit_one_ray(task.edge_samples, fit) : std::nullopt;
-    const Eigen::Vector2d step = task.look.one_ray ? task.look.one_ray->by_tolerance.front().step : fit.step;
-    if (step_px(fit.outline, step) <= kFineStep_px) return;
-    start.range_m += step.x();
-    start.bearing_rad += step.y();
+    const auto step = fit_whole(task, start, common, kConverged_px);
+    if (!step || step_px(task.look.fit->outline, *step) <= kFineStep_px) return;
+    start = moved(start, *step);
   }
 }
 
 bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected, const Common& common) const {
   OutlineSearch tried = task.look;
-  tried.is_fine = true;
   Cylinder start = expected;
   for (int round = 0; round < kExpectedRounds; ++round) {
-    fit({task.landmark, task.image, tried, task.edge_samples}, start, common.reach, common.noise,
-        {common.blur_px, common.blur_px, kExpectedConverged_px}, 1);
-    if (!tried.fit) return false;
-    const double step = step_px(tried.fit->outline, tried.fit->step);
-    if (step <= kExpectedReach_px) {
-      tried.is_one_ray = common.is_one_ray;
-      if (common.is_one_ray) tried.one_ray = fit_one_ray(task.edge_samples, *tried.fit);
+    const auto step =
+        fit_whole({task.landmark, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
+    if (!step) return false;
+    const double length_px = step_px(tried.fit->outline, *step);
+    if (length_px <= kExpectedReach_px) {
       task.look = std::move(tried);
       return true;
     }
-    if (step > kExpectedFar_px) return false;
-    start = tried.fit->cylinder;
+    if (length_px > kExpectedFar_px) return false;
+    start = moved(start, *step);
   }
   return false;
 }

@@ -91,6 +91,9 @@ class ViewFitter {
   /// Returns the candidate's ray, from the point where it has that height.
   [[nodiscard]] std::optional<Ray> ray_at(const Candidate& candidate, double height_m) const;
   void follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const;
+  /// Fits the whole outline once. Returns the step to its answer (range m, bearing rad); nothing: there is no fit.
+  [[nodiscard]] std::optional<Eigen::Vector2d> fit_whole(const OutlineTask& task, const Cylinder& start,
+                                                         const Common& common, double converged_px) const;
   /// Sets `task.look.fit`.
   void fit(const OutlineTask& task, const Cylinder& cylinder, const SampleReach& reach, const PixelNoise& noise,
            const FitLimits& limits, int stride) const;

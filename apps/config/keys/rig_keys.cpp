@@ -16,6 +16,9 @@ constexpr Range kTiltRange{.least = -std::numbers::pi / 4,
                            .without_ends = true,
                            .words = "> -pi/4 and < pi/4"};
 
+// Half a second, as of the stamps of a simulated camera: beyond that an image belongs to another frame.
+constexpr Range kExposureRange{.least = -0.5, .greatest = 0.5};
+
 /// The value of `calibration` with which a change of the file switches it off.
 constexpr const char* kNoCalibration = "none";
 
@@ -74,6 +77,14 @@ constexpr MirrorKey kMirrorKeys[] = {
     {"axis_offset_m",
      {"x and y of the lens in the body's frame", kMetres, kAnyNumber},
      &RigView::axis_offset_m,
+     Need::kOptional},
+    {"late_s",
+     {"how much later than its stamp an image's middle row is exposed", kSeconds, kExposureRange},
+     &RigView::late_s,
+     Need::kOptional},
+    {"readout_s",
+     {"time from the exposure of the first row to that of the last row", kSeconds, kExposureRange},
+     &RigView::readout_s,
      Need::kOptional},
 };
 
@@ -165,6 +176,7 @@ constexpr SigmaKey<RigSigma> kRigSigmaKeys[] = {
     {"axis_offset_m", kMetres, &RigSigma::axis_offset_m},
     {"distortion", kNoUnit, &RigSigma::distortion},
     {"late_s", kSeconds, &RigSigma::late_s},
+    {"readout_s", kSeconds, &RigSigma::readout_s},
 };
 
 constexpr SigmaKey<WheelSigma> kWheelSigmaKeys[] = {
@@ -267,6 +279,7 @@ RigSigma ruler_sigma(const Rig& rig) {
           .tilt_rad = 1 * kDegree,
           .axis_offset_m = 0.003,
           .late_s = 0.01,
+          .readout_s = 0.01,
           .distortion = 0.02};
 }
 

@@ -24,7 +24,7 @@ FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, M
 Result<localisation::Fix> FrameAnswers::answer(Chain& chain, const Image& lower, const Image& upper,
                                                const runlog::FrameRecord& record, runlog::AnswerRows& rows) const {
   const auto twist = last_drive_ ? runlog::twist_between(robot_, *last_drive_, record.drive) : std::nullopt;
-  const auto answer = chain.estimator.answer(lower, upper, twist);
+  const auto answer = chain.estimator.answer(lower, upper, vision::frame_motion(twist, record.frame.skew_s));
   if (!answer) return answer.error();
   const std::uint64_t frame = record.frame.frame;
   const double t_s = record.frame.t_s;
