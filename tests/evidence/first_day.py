@@ -118,6 +118,11 @@ def true_numbers(file):
     true["upper.azimuth_minus_lower_rad"] = number("azimuth_rad", views["upper"]) - number("azimuth_rad", views["lower"])
     true["mirror_separation_m"], true["lens_height_m"] = number("mirror_separation_m", rig), number("lens_height_m", rig)
     true["wheel_separation_m"] = number("wheel_separation_m", drive)
+    time = lambda key, view: number(key, views[view]) if key in views[view] else 0
+    true["latency_s"] = -time("late_s", "lower")
+    true["upper.skew_s"] = time("late_s", "upper") - time("late_s", "lower")
+    for view in views:
+        true[f"{view}.readout_s"] = time("readout_s", view)
     return true
 
 
