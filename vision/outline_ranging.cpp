@@ -65,6 +65,7 @@ struct OutlineRanging::Impl {
        const std::vector<std::size_t>& which, const BeliefErrors& errors)
       : belief(the_rig, errors.rig),
         times(errors.times),
+        sighting_px(errors.sighting_px),
         by_shared(errors.landmarks.empty() ? std::vector<BySharedErrors<kLandmarkNumbers>>(all.size())
                                            : errors.landmarks),
         targets(all),
@@ -92,19 +93,24 @@ struct OutlineRanging::Impl {
   [[nodiscard]] Triangulation place(std::size_t k, const Sighting* lower, const Sighting* upper,
                                     const std::optional<double>& top_m,
                                     const std::optional<FrameMotion>& motion) const {
-    if (!motion) return triangulate(belief, by_shared[k], lower, upper, targets[k].radius_m, top_m);
     std::array<const Sighting*, 2> seen{lower, upper};
-    std::array<Sighting, 2> at_frame;
-    BySharedErrors<2> late = BySharedErrors<2>::Zero(2, times.cols());
+    std::array<Sighting, 2> counted;
+    BySharedErrors<2> late = BySharedErrors<2>::Zero(2, motion ? times.cols() : 0);
     for (std::size_t view = 0; view < 2; ++view) {
       if (seen[view] == nullptr) continue;
-      late.row(Eigen::Index(view)) =
-          times.row(kLateOfLower + int(view)) + share(view, *seen[view]) * times.row(kReadoutOfLower + int(view));
-      const MirrorView& mirror = of_view(belief.rig(), Side(view));
-      at_frame[view] = *seen[view];
-      at_frame[view].pixel_px =
-          pixel_at_frame(mirror, seen[view]->pixel_px, targets[k], motion->twist, late_s(view, *seen[view], *motion));
-      seen[view] = &at_frame[view];
+      Sighting& sighting = counted[view] = *seen[view];
+      sighting.covariance_px2 += sighting_px * sighting_px * Eigen::Matrix2d::Identity();
+      if (motion) {
+        const double share_of_readout = share(view, sighting);
+        if (late.cols() > 0) {
+          late.row(Eigen::Index(view)) =
+              times.row(kLateOfLower + int(view)) + share_of_readout * times.row(kReadoutOfLower + int(view));
+        }
+        const MirrorView& mirror = of_view(belief.rig(), Side(view));
+        sighting.pixel_px =
+            pixel_at_frame(mirror, sighting.pixel_px, targets[k], motion->twist, late_s(view, sighting, *motion));
+      }
+      seen[view] = &sighting;
     }
     const auto doubt = late.cols() > 0 ? std::optional(ImageMotion{motion->twist, &late}) : std::nullopt;
     return triangulate(belief, by_shared[k], seen[0], seen[1], targets[k].radius_m, top_m, doubt);
@@ -132,6 +138,7 @@ struct OutlineRanging::Impl {
 
   UncertainRig belief;
   BySharedErrors<kTimeNumbers> times;                       ///< BeliefErrors::times
+  double sighting_px;                                       ///< BeliefErrors::sighting_px
   std::vector<BySharedErrors<kLandmarkNumbers>> by_shared;  ///< of each target
   std::vector<Landmark> targets;
   ColourTable table;

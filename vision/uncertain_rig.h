@@ -53,7 +53,10 @@ enum LandmarkNumber : int { kPlaceX, kPlaceY, kTop, kRadius, kLandmarkNumbers };
 /// without columns: known exactly.
 struct BeliefErrors {
   BySharedErrors<kRigNumbers> rig;
-  BySharedErrors<kTimeNumbers> times;                       ///< of Rig::exposures; they count while the body moves
+  BySharedErrors<kTimeNumbers> times;  ///< of Rig::exposures; they count while the body moves
+  /// Standard deviation of an error of each sighting, px in either direction, that its own covariance does not count:
+  /// the model's, which a calibration finds (CalibrationResult::systematic_px).
+  double sighting_px = 0;
   std::vector<BySharedErrors<kLandmarkNumbers>> landmarks;  ///< one for each landmark; empty: all are known exactly
 };
 

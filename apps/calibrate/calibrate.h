@@ -43,15 +43,15 @@ struct Report {
   /// What the images show before anything is believed; empty without Settings::start_from_images.
   std::optional<vision::SelfRig> found{};
   std::vector<estimation::RigDifference> replaced{};  ///< numbers of the robot file that the images contradict
-  vision::Rig before, after;  ///< `before` is the start: the robot file's rig with the replaced numbers
-  config::Rig rig;            ///< `after` in the form of a robot file
-  config::Drive drive;        ///< with the calibrated sizes of the wheels
-  double slip = 0;            ///< believed slip of the wheels
-  config::RigSigma believed;  ///< of what the calibration does not look for
-  int rounds = 0;             ///< number of rounds of sighting and solving
-  bool exchanged = false;     ///< the cameras of the run are exchanged; `rig` is that of the mirrors
-  bool has_one_map = false;   ///< all runs are on maps with the same landmarks
-  bool is_settled = false;    ///< whether the last round moved no number by more than 0.3 of its sigma
+  vision::Rig before, after;    ///< `before` is the start: the robot file's rig with the replaced numbers
+  config::Rig rig;              ///< `after` in the form of a robot file
+  config::Drive drive;          ///< with the calibrated sizes of the wheels
+  double slip = 0;              ///< believed slip of the wheels
+  config::RigSigma believed{};  ///< of what the calibration does not look for
+  int rounds = 0;               ///< number of rounds of sighting and solving
+  bool exchanged = false;       ///< the cameras of the run are exchanged; `rig` is that of the mirrors
+  bool has_one_map = false;     ///< all runs are on maps with the same landmarks
+  bool is_settled = false;      ///< whether the last round moved no number by more than 0.3 of its sigma
 };
 
 /// Finds the errors of `robot`'s rig from runs among known landmarks.

@@ -209,10 +209,8 @@ Result<Side> read_side(const std::filesystem::path& folder, const std::filesyste
 }
 
 void calibrate_side(Side& side, int frames, const std::function<void(double)>& progress) {
-  const calibrate::Settings settings{.frames = frames,
-                                     .leave_out_unreadable = true,
-                                     .start_from_images = false,
-                                     .progress = progress};
+  const calibrate::Settings settings{
+      .frames = frames, .leave_out_unreadable = true, .start_from_images = false, .progress = progress};
   side.chosen = frames;
   auto calibrated = calibrate::calibrate({side.run}, side.run.robot, settings);
   if (!calibrated) {

@@ -94,6 +94,12 @@ Calibration read_calibration(const std::filesystem::path& file) {
   for (Eigen::Index i = 0; i < size; ++i) {
     calibration.covariance.row(i) = Eigen::Map<const Eigen::RowVectorXd>(rows[std::size_t(i)].data(), size);
   }
+  const nlohmann::json& systematic_px = json.value("systematic_px", nlohmann::json(0));
+  if (!systematic_px.is_number() || !(systematic_px.get<double>() >= 0)) {
+    throw FileError("{}: systematic_px is {}, must be a number >= 0", file.string(), systematic_px.dump());
+  }
+  // A calibration allows each sighting three errors of that size: its landmark's, its ring's in the image, and both's.
+  calibration.sighting_px = std::sqrt(3.0) * systematic_px.get<double>();
   const Eigen::MatrixXd& c = calibration.covariance;
   if (!calibration.values.allFinite() || !c.allFinite() || size == 0) {
     throw FileError("{}: belief has numbers that are not finite, or none", file.string());

@@ -17,6 +17,7 @@ struct Calibration {
   std::vector<std::string> names;  ///< of the numbers, as belief_names() lists them
   Eigen::VectorXd values;          ///< of the numbers, in the units that their names end in
   Eigen::MatrixXd covariance;      ///< of their errors, symmetric and positive semi-definite
+  double sighting_px = 0;          ///< vision::BeliefErrors::sighting_px, >= 0
 };
 
 /// Numbers of the wheels in belief_names().
@@ -33,9 +34,9 @@ std::vector<std::string> belief_names(const Map& map);
 /// Returns the numbers themselves, in that order. The wheels' ratio is 1.
 Eigen::VectorXd belief_values(const Robot& robot, const Map& map);
 
-/// Reads the key `belief` of a calibration file.
+/// Reads the keys `belief` and `systematic_px` of a calibration file.
 /// @throws FileError in one line: a file that cannot be read or is no JSON, a missing key, numbers that are not finite,
-/// a covariance of another size or one that is not symmetric or not positive semi-definite
+/// a systematic_px below 0, a covariance of another size or one that is not symmetric or not positive semi-definite
 Calibration read_calibration(const std::filesystem::path& file);
 
 /// Returns the covariance of belief_values(): that of the calibration for the numbers that it states, and the squares

@@ -326,11 +326,13 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
 
   const Eigen::VectorXd independent = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()));
   Eigen::MatrixXd covariance = independent.cwiseAbs2().asDiagonal();
+  BeliefErrors errors;
   if (!robot.rig.calibration.empty()) {
-    covariance = belief_covariance(read_calibration(robot.rig.calibration), robot, map, independent);
+    const Calibration calibration = read_calibration(robot.rig.calibration);
+    covariance = belief_covariance(calibration, robot, map, independent);
+    errors.vision.sighting_px = calibration.sighting_px;
   }
   const Eigen::MatrixXd by_shared = root_of(covariance);
-  BeliefErrors errors;
   errors.vision.rig = by_shared.topRows(vision::kRigNumbers);
   for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
     const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);

@@ -161,6 +161,14 @@ TEST_F(CalibrationFile, ALandmarkElsewhereIsIndependentOfIt) {
   EXPECT_NEAR((all.vision.rig * all.vision.landmarks[0].transpose())(3, 0), 0.5e-6, 1e-15);
 }
 
+TEST_F(CalibrationFile, GivesTheErrorOfEachSighting) {
+  EXPECT_EQ(errors().vision.sighting_px, 0) << "a file of a version that did not count it";
+  json_["systematic_px"] = 0.1;
+  EXPECT_DOUBLE_EQ(errors().vision.sighting_px, std::sqrt(3.0) * 0.1);
+  json_["systematic_px"] = -1;
+  EXPECT_THAT(message(), HasSubstr("systematic_px is -1, must be a number >= 0"));
+}
+
 TEST_F(CalibrationFile, OtherTimesOfExposureAreIndependentOfIt) {
   const auto mixed = [&](double late_s) {
     Robot robot = robot_with("");
