@@ -101,18 +101,15 @@ struct OutlineRanging::Impl {
       Sighting& sighting = counted[view] = *seen[view];
       sighting.covariance_px2 += sighting_px * sighting_px * Eigen::Matrix2d::Identity();
       if (motion) {
-        const double share_of_readout = share(view, sighting);
-        if (late.cols() > 0) {
-          late.row(Eigen::Index(view)) =
-              times.row(kLateOfLower + int(view)) + share_of_readout * times.row(kReadoutOfLower + int(view));
-        }
+        late.row(Eigen::Index(view)) =
+            times.row(kLateOfLower + int(view)) + share(view, sighting) * times.row(kReadoutOfLower + int(view));
         const MirrorView& mirror = of_view(belief.rig(), Side(view));
         sighting.pixel_px =
             pixel_at_frame(mirror, sighting.pixel_px, targets[k], motion->twist, late_s(view, sighting, *motion));
       }
       seen[view] = &sighting;
     }
-    const auto doubt = late.cols() > 0 ? std::optional(ImageMotion{motion->twist, &late}) : std::nullopt;
+    const auto doubt = late.cols() > 0 ? std::optional(TimeDoubt{motion->twist, &late}) : std::nullopt;
     return triangulate(belief, by_shared[k], seen[0], seen[1], targets[k].radius_m, top_m, doubt);
   }
 

@@ -33,11 +33,11 @@ constexpr double kRoundings = 64;
 struct Belief {
   const UncertainRig* rig = nullptr;
   const BySharedErrors<kLandmarkNumbers>* landmark = nullptr;
-  std::optional<ImageMotion> motion{};
+  std::optional<TimeDoubt> doubt{};
 
   [[nodiscard]] Eigen::Index errors() const {
     if (rig == nullptr) return 0;
-    return std::max({rig->errors(), landmark->cols(), motion ? motion->late->cols() : 0});
+    return std::max({rig->errors(), landmark->cols(), doubt ? doubt->late->cols() : 0});
   }
   [[nodiscard]] bool is_exact() const { return errors() == 0; }
   [[nodiscard]] double edge_variance_px2(Side side) const {
@@ -288,9 +288,9 @@ std::optional<FarBearing> far_bearing(const ViewSighting& seen, const Ray& ray, 
     const double height_m = ray.origin_m.z() + kFar_m * ray.direction.z() / ray.direction.head<2>().norm();
     const auto by_rig = belief.rig->pixel_by_shared(seen.side, far_m, kFar_m / 1e6, height_m);
     variance_rad2 += (by_pixel.transpose() * by_rig).squaredNorm();
-    if (belief.motion) {
-      const double late_s = belief.motion->late->row(seen.side == Side::kLower ? 0 : 1).norm();
-      variance_rad2 += std::pow(belief.motion->twist.turn_radps * late_s, 2);
+    if (belief.doubt) {
+      const double late_s = belief.doubt->late->row(seen.side == Side::kLower ? 0 : 1).norm();
+      variance_rad2 += std::pow(belief.doubt->twist.turn_radps * late_s, 2);
     }
   }
   return FarBearing{bearing_rad, variance_rad2};
@@ -326,9 +326,9 @@ PixelErrors pixel_errors(std::span<const ViewSighting> views, const Belief& beli
     const MirrorView& view = *views[i].view;
     auto effect = errors.by_shared.middleRows<2>(2 * Eigen::Index(i));
     if (!belief.rig->is_exact()) effect += belief.rig->pixel_by_shared(views[i].side, p_BL_m, radius_m, top_m);
-    if (belief.motion) {
-      effect += image_velocity(view, belief.motion->twist, p_BL_m, radius_m, top_m) *
-                belief.motion->late->row(views[i].side == Side::kLower ? 0 : 1);
+    if (belief.doubt) {
+      effect += image_velocity(view, belief.doubt->twist, p_BL_m, radius_m, top_m) *
+                belief.doubt->late->row(views[i].side == Side::kLower ? 0 : 1);
     }
     if (belief.landmark->cols() == 0) continue;
     const auto near_m = near_top_point(view, p_BL_m, radius_m, top_m);
@@ -463,8 +463,8 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
 
 Triangulation triangulate(const UncertainRig& rig, const BySharedErrors<kLandmarkNumbers>& landmark,
                           const Sighting* lower, const Sighting* upper, double radius_m, std::optional<double> top_m,
-                          const std::optional<ImageMotion>& motion) {
-  return triangulate(rig.rig(), Belief{&rig, &landmark, motion}, lower, upper, radius_m, top_m);
+                          const std::optional<TimeDoubt>& doubt) {
+  return triangulate(rig.rig(), Belief{&rig, &landmark, doubt}, lower, upper, radius_m, top_m);
 }
 
 }  // namespace twocone::vision

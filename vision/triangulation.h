@@ -63,7 +63,7 @@ Triangulation triangulate(const Rig& rig, const Sighting* lower, const Sighting*
                           std::optional<double> top_m);
 
 /// The doubt about when the two pixels of a landmark were exposed, while the body moves.
-struct ImageMotion {
+struct TimeDoubt {
   BodyTwist twist;
   const BySharedErrors<2>* late = nullptr;  ///< of how much later than believed (lower, upper), s
 };
@@ -72,9 +72,9 @@ struct ImageMotion {
 /// chi-squared and in the covariance ("consider covariance": Schmidt 1966; Bierman 1977, ch. 8), as they are at the
 /// answer, to first order.
 /// @param landmark true minus believed numbers; no columns: known exactly
-/// @param motion nothing: the body stands, or the times are exact
+/// @param doubt nothing: the body stands, or the times are exact
 Triangulation triangulate(const UncertainRig& rig, const BySharedErrors<kLandmarkNumbers>& landmark,
                           const Sighting* lower, const Sighting* upper, double radius_m, std::optional<double> top_m,
-                          const std::optional<ImageMotion>& motion = {});
+                          const std::optional<TimeDoubt>& doubt = {});
 
 }  // namespace twocone::vision

@@ -350,7 +350,12 @@ vision::CalibrationPriors priors_of(const config::Robot& robot) {
   const auto set = [](double stated, double& prior) {
     if (stated > 0) prior = stated;
   };
+  const config::RigSigma ruler = config::ruler_sigma(robot.rig);
+  double late_s = ruler.late_s;
+  priors.readout_s = ruler.readout_s;
   if (const auto& s = robot.rig.sigma) {
+    set(s->late_s, late_s);
+    set(s->readout_s, priors.readout_s);
     set(std::max(s->mirror_radius_m, s->lens_to_tip_m), priors.length_m);
     set(s->mirror_separation_m, priors.mirror_separation_m);
     set(s->lens_height_m, priors.lens_height_m);
@@ -363,13 +368,8 @@ vision::CalibrationPriors priors_of(const config::Robot& robot) {
     set(s->apex_rad, priors.apex_rad);
     set(s->distortion, priors.distortion);
   }
-  // Of the stamps nobody has an exact belief.
-  const config::RigSigma ruler = config::ruler_sigma(robot.rig);
-  const config::RigSigma times = robot.rig.sigma.value_or(ruler);
-  const double late_s = times.late_s > 0 ? times.late_s : ruler.late_s;
   priors.latency_s = late_s;
   priors.skew_s = std::numbers::sqrt2 * late_s;  // of two stamps
-  priors.readout_s = times.readout_s > 0 ? times.readout_s : ruler.readout_s;
   if (const auto& s = robot.drive.sigma) {
     set(s->wheel_radius_m / robot.drive.wheel_radius_m, priors.wheel_radius_share);
     set(s->wheel_ratio, priors.wheel_ratio);

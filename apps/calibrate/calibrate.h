@@ -47,7 +47,7 @@ struct Report {
   config::Rig rig;              ///< `after` in the form of a robot file
   config::Drive drive;          ///< with the calibrated sizes of the wheels
   double slip = 0;              ///< believed slip of the wheels
-  config::RigSigma believed{};  ///< of what the calibration does not look for
+  config::RigSigma believed{};  ///< the robot file's, which the times keep where a drive does not show them
   int rounds = 0;               ///< number of rounds of sighting and solving
   bool exchanged = false;       ///< the cameras of the run are exchanged; `rig` is that of the mirrors
   bool has_one_map = false;     ///< all runs are on maps with the same landmarks
@@ -72,7 +72,8 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
                          const Settings& settings);
 
 /// Returns the priors that follow from the standard deviations in the robot file. Numbers that the file states as
-/// exact, or not at all, have the priors of vision::CalibrationPriors: a calibration asks the images.
+/// exact, or not at all, have the priors of vision::CalibrationPriors, and times of exposure a ruler's
+/// (config::ruler_sigma): a calibration asks the images.
 vision::CalibrationPriors priors_of(const config::Robot& robot);
 
 /// Returns the landmarks of the only map of all runs, as calibrated, with their standard deviations; empty where the

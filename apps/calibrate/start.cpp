@@ -6,8 +6,8 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/runlog/run_folder.h"
-#include "base/plane.h"
 #include "localisation/odometry.h"
+#include "localisation/trajectory_error.h"
 
 namespace twocone::calibrate {
 namespace {
@@ -42,21 +42,13 @@ std::vector<vision::SelfRigFrame> frames_for_search(const runlog::RunData& run) 
     frames.push_back({*lower, *upper, motion, {}});
     return true;
   };
-  const auto between = [](const Pose2& from, const Pose2& to) {
-    const double cosine = std::cos(from.heading_rad);
-    const double sine = std::sin(from.heading_rad);
-    const double x_m = to.x_m - from.x_m;
-    const double y_m = to.y_m - from.y_m;
-    return Pose2{cosine * x_m + sine * y_m, cosine * y_m - sine * x_m,
-                 base::wrap_angle_rad(to.heading_rad - from.heading_rad)};
-  };
   std::optional<std::size_t> last;
   for (const std::size_t row : chosen_rows(run.frames.size(), kSearchPairs)) {
     if (last && row <= *last) continue;
     if (!add(row, {})) continue;
     last = row;
     for (std::size_t next = row + 1; next < count; ++next) {
-      const Pose2 motion = between(poses[row], poses[next]);
+      const Pose2 motion = localisation::seen_from(poses[row], poses[next]);
       if (std::hypot(motion.x_m, motion.y_m) < kSearchDrive_m && std::abs(motion.heading_rad) < kSearchTurn_rad) {
         continue;
       }

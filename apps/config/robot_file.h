@@ -180,6 +180,9 @@ YAML::Node load_robot_node(const Robot& robot);
 /// @throws FileError as read_robot
 std::vector<KeyChange> exchange_cameras(const Robot& robot);
 
+/// Returns the change of the key `rig.sigma` to these numbers.
+KeyChange change_to(const RigSigma& sigma);
+
 /// Returns the names of all cameras: lower, upper, then the additional ones.
 std::vector<std::string> camera_names(const Robot& robot);
 

@@ -17,6 +17,14 @@
 namespace twocone::config {
 namespace {
 
+std::string in_one_line(const YAML::Node& node) {
+  YAML::Emitter emitter;
+  emitter.SetMapFormat(YAML::Flow);
+  emitter.SetSeqFormat(YAML::Flow);
+  emitter << node;
+  return emitter.c_str();
+}
+
 bool is_zero(const std::array<double, 2>& pair) { return pair[0] == 0 && pair[1] == 0; }
 
 bool has_same_lens(const RigView& a, const RigView& b) {
@@ -127,15 +135,11 @@ void part_cameras(YAML::Node& cameras, const std::vector<drivers::OtherCamera>& 
 
 std::vector<KeyChange> exchange_cameras(const Robot& robot) {
   const YAML::Node node = with_changes(with_present_names(load_yaml(robot.file)), robot.changes);
-  const auto text_as_is = [&](const char* camera) {
-    YAML::Emitter emitter;
-    emitter.SetMapFormat(YAML::Flow);
-    emitter.SetSeqFormat(YAML::Flow);
-    emitter << node["cameras"][camera];
-    return std::string(emitter.c_str());
-  };
-  return {{"cameras.lower", text_as_is("upper")}, {"cameras.upper", text_as_is("lower")}};
+  const YAML::Node& cameras = node["cameras"];
+  return {{"cameras.lower", in_one_line(cameras["upper"])}, {"cameras.upper", in_one_line(cameras["lower"])}};
 }
+
+KeyChange change_to(const RigSigma& sigma) { return {"rig.sigma", in_one_line(sigma_of(sigma))}; }
 
 std::string comments(const std::vector<std::string>& lines) {
   std::string text;

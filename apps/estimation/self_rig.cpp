@@ -158,14 +158,7 @@ std::vector<config::KeyChange> changes_to(const SelfRigAnswer& answer) {
   if (changes.empty() || !answer.rig.sigma) return changes;
   // The covariance of a calibration is that of the numbers which are replaced.
   if (!answer.rig.calibration.empty()) changes.push_back({"rig.calibration", "none"});
-  const config::RigSigma& s = *answer.rig.sigma;
-  changes.push_back(
-      {"rig.sigma",
-       fmt::format("{{mirror_radius_m: {}, lens_to_tip_m: {}, mirror_separation_m: {}, lens_height_m: {}, "
-                   "apex_rad: {}, centre_px: {}, rim_radius_px: {}, azimuth_rad: {}, tilt_rad: {}, "
-                   "axis_offset_m: {}, late_s: {}, readout_s: {}, distortion: {}}}",
-                   s.mirror_radius_m, s.lens_to_tip_m, s.mirror_separation_m, s.lens_height_m, s.apex_rad, s.centre_px,
-                   s.rim_radius_px, s.azimuth_rad, s.tilt_rad, s.axis_offset_m, s.late_s, s.readout_s, s.distortion)});
+  changes.push_back(config::change_to(*answer.rig.sigma));
   return changes;
 }
 

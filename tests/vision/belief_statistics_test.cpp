@@ -214,11 +214,11 @@ TEST(UncertainRig, LateImagesOfABodyThatTurnsAreNoContradiction) {
   BySharedErrors<2> late = 0.01 * Eigen::Matrix2d::Identity();
   const UncertainRig belief{Rig(rig)};
   const BySharedErrors<kLandmarkNumbers> exact;
-  const auto found = [&](const std::optional<ImageMotion>& motion) {
+  const auto found = [&](const std::optional<TimeDoubt>& motion) {
     return triangulate(belief, exact, &lower, &upper, kRadius_m, kTop_m, motion);
   };
   EXPECT_EQ(found({}).verdict, RangeVerdict::kInconsistent);
-  const Triangulation known = found(ImageMotion{twist, &late});
+  const Triangulation known = found(TimeDoubt{twist, &late});
   ASSERT_EQ(known.verdict, RangeVerdict::kOk);
   EXPECT_LT(known.chi_squared, 4);  // 0.4 of the sigma of the difference
   const double off_rad = *known.bearing_rad - std::atan2(place_m.y(), place_m.x());
@@ -229,7 +229,7 @@ TEST(UncertainRig, LateImagesOfABodyThatTurnsAreNoContradiction) {
     EXPECT_NEAR(std::abs(known.by_shared(1, view)), 0.01 * twist.turn_radps / 2, 0.1 * 0.01 * twist.turn_radps);
   }
   // A body that stands has no such errors.
-  EXPECT_LT(found(ImageMotion{{}, &late}).by_shared.norm(), 1e-12);
+  EXPECT_LT(found(TimeDoubt{{}, &late}).by_shared.norm(), 1e-12);
 }
 
 }  // namespace
