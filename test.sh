@@ -53,7 +53,12 @@ if ((${#rooms[@]})); then
   # Tests named ...Seeds repeat one computation with other random numbers. A sanitizer finds nothing new in that, at several
   # times the cost.
   left_out=()
-  case "$preset" in asan | tsan) left_out=(--exclude-regex 'Seeds$') ;; esac
+  case "$preset" in
+    asan | tsan)
+      left_out=(--exclude-regex 'Seeds$')
+      echo "test.sh: under a sanitizer the tests named ...Seeds are left out"
+      ;;
+  esac
   for room in "${rooms[@]}"; do
     results+=("$PWD/build/$preset/$room/tests.xml")
     ctest --test-dir "build/$preset/$room" -j 6 --output-on-failure --no-tests=error "${left_out[@]}" --output-junit "${results[-1]}" || status=1
