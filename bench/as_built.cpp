@@ -22,16 +22,17 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/as_built/as_built.h"
 #include "apps/calibrate/calibrate.h"
 #include "apps/config/to_layers.h"
 #include "apps/estimation/estimator.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/estimation/self_rig.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/image_file.h"
 #include "base/scratch_folder.h"
 #include "localisation/odometry.h"
 #include "tests/support/synthetic_lab.h"
@@ -120,13 +121,8 @@ runlog::RunData drive(const as_built::AsBuilt& drawn, World& world, const fs::pa
   for (int i = 0; i < kDriveFrames; ++i) {
     const auto pair = world.take(pose);
     const auto frame = std::uint64_t(i);
-    const auto write = [](const fs::path& file, const cv::Mat& rgb) {
-      cv::Mat bgr;
-      cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-      cv::imwrite(file.string(), bgr, {cv::IMWRITE_PNG_COMPRESSION, 1});
-    };
-    write(runlog::lower_image_file(folder, frame), pair.lower);
-    write(runlog::upper_image_file(folder, frame), pair.upper);
+    runlog::write_image(runlog::lower_image_file(folder, frame), estimation::as_image(pair.lower));
+    runlog::write_image(runlog::upper_image_file(folder, frame), estimation::as_image(pair.upper));
     const double t_s = kFrame_s * i;
     run.frames.push_back({.frame = frame, .t_s = t_s, .lower_t_s = t_s, .upper_t_s = t_s});
     run.drive.push_back({t_s, {}, {}, left_rad, right_rad});

@@ -20,12 +20,13 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/calibrate/calibrate.h"
 #include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/run_data.h"
+#include "apps/runlog/storage/image_file.h"
 
 namespace twocone {
 namespace {
@@ -114,9 +115,8 @@ void write_images(const runlog::RunData& run, const fs::path& folder, const auto
   for (std::size_t row = 0; row < run.frames.size(); ++row) {
     const auto files = runlog::images_of(run, row);
     for (const std::size_t i : {0, 1}) {
-      const auto [image, to] = change(cv::imread(files[i].string()), i);
-      cv::imwrite((folder / (to == 0 ? "lower" : "upper") / files[i].filename()).string(), image,
-                  {cv::IMWRITE_PNG_COMPRESSION, 1});
+      const auto [image, to] = change(runlog::read_rgb(files[i]).value(), i);
+      runlog::write_image(folder / (to == 0 ? "lower" : "upper") / files[i].filename(), estimation::as_image(image));
     }
   }
 }
@@ -187,34 +187,34 @@ Outcome outcome_of(const runlog::RunData& run, const Case& c, int frames) {
 struct Refusal {
   const char* name;
   const char* words;
-  void (*spoil)(cv::Mat& bgr, std::size_t camera);
+  void (*spoil)(cv::Mat& rgb, std::size_t camera);
 };
 
 const Refusal kRefusals[] = {
     {"lens cap on camera upper", "camera upper are dark: take off the lens cap",
-     [](cv::Mat& bgr, std::size_t camera) {
-       if (camera == 1) bgr.setTo(cv::Scalar::all(4));
+     [](cv::Mat& rgb, std::size_t camera) {
+       if (camera == 1) rgb.setTo(cv::Scalar::all(4));
      }},
     {"dead camera lower (grey)", "camera lower show nothing, only one brightness",
-     [](cv::Mat& bgr, std::size_t camera) {
-       if (camera == 0) bgr.setTo(cv::Scalar::all(128));
+     [](cv::Mat& rgb, std::size_t camera) {
+       if (camera == 0) rgb.setTo(cv::Scalar::all(128));
      }},
     {"camera upper shows something else", "camera upper show something else than a mirror",
-     [](cv::Mat& bgr, std::size_t camera) {
+     [](cv::Mat& rgb, std::size_t camera) {
        if (camera == 0) return;
-       bgr.setTo(cv::Scalar(120, 140, 130));
+       rgb.setTo(cv::Scalar(130, 140, 120));
        std::mt19937 random(7);
        for (int i = 0; i < 60; ++i) {
-         const cv::Rect box(int(random() % std::uint32_t(bgr.cols)), int(random() % std::uint32_t(bgr.rows)),
+         const cv::Rect box(int(random() % std::uint32_t(rgb.cols)), int(random() % std::uint32_t(rgb.rows)),
                             20 + int(random() % 120), 20 + int(random() % 90));
-         bgr(box & cv::Rect({}, bgr.size()))
+         rgb(box & cv::Rect({}, rgb.size()))
              .setTo(cv::Scalar(double(random() % 256), double(random() % 256), double(random() % 256)));
        }
      }},
     {"frozen camera lower", "camera lower repeats one image",
-     [](cv::Mat& bgr, std::size_t camera) {
-       static const cv::Mat first = bgr.clone();
-       if (camera == 0) first.copyTo(bgr);
+     [](cv::Mat& rgb, std::size_t camera) {
+       static const cv::Mat first = rgb.clone();
+       if (camera == 0) first.copyTo(rgb);
      }},
     {"one camera for both", "both cameras show the same mirror", nullptr},
 };

@@ -8,7 +8,7 @@ packages=(
   g++ cmake ninja-build git ca-certificates dpkg-dev file
   libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libboost-dev libode-dev libceres-dev libhwy-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev
-  libserialport-dev libcamera-dev libturbojpeg0-dev pkg-config
+  libserialport-dev libcamera-dev libturbojpeg0-dev libpng-dev pkg-config
   povray povray-includes gnuplot-nox procps
 )
 case "${1:-}" in

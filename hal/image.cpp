@@ -188,6 +188,20 @@ Result<Image> to_rgb8(const Image& image) {
   return rgb;
 }
 
+Result<Image> to_mjpeg(const Image& image, int quality) {
+  const auto rgb = to_rgb8(image);
+  if (!rgb) return rgb.error();
+  const std::unique_ptr<void, int (*)(tjhandle)> encoder(tjInitCompress(), tjDestroy);
+  if (!encoder) return Error{ErrorCode::kUnavailable, "no memory for a JPEG encoder"};
+  unsigned char* bytes = nullptr;  // libturbojpeg allocates them
+  unsigned long size = 0;          // NOLINT(google-runtime-int): its type
+  const int status = tjCompress2(encoder.get(), rgb->bytes.data(), rgb->width_px, 0, rgb->height_px, TJPF_RGB, &bytes,
+                                 &size, TJSAMP_422, quality, TJFLAG_ACCURATEDCT);
+  const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(bytes, tjFree);
+  if (status != 0) return Error{ErrorCode::kUnavailable, tjGetErrorStr2(encoder.get())};
+  return Image{rgb->width_px, rgb->height_px, PixelFormat::kMjpeg, {bytes, bytes + size}};
+}
+
 std::shared_future<ImageResult> ready_image(ImageResult image) {
   std::promise<ImageResult> promise;
   promise.set_value(std::move(image));

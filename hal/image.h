@@ -106,6 +106,10 @@ struct Image {
 /// truncated, damaged, or of another size.
 Result<Image> to_rgb8(const Image& image);
 
+/// Compresses an image to kMjpeg, with one colour value for each two pixels of a row (4:2:2), as USB cameras do.
+/// @param quality of libjpeg, 1 to 100. Errors: those of to_rgb8; kUnavailable (no memory).
+Result<Image> to_mjpeg(const Image& image, int quality);
+
 /// The pixels, which may have several readers, or the reason why there are none.
 using ImageResult = Result<std::shared_ptr<const Image>>;
 

@@ -11,7 +11,7 @@
 #include "apps/calibrate/start.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "base/errors.h"
 #include "vision/outline_ranging.h"
 

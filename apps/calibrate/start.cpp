@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "apps/config/to_layers.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "localisation/odometry.h"
 #include "localisation/trajectory_error.h"
 

@@ -7,7 +7,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/estimation/estimator.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 
 namespace twocone::compare {
 namespace {

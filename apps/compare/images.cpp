@@ -10,8 +10,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/image_file.h"
 #include "localisation/odometry.h"
 
 // The JSON form in which a finished part is stored.

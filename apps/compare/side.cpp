@@ -14,7 +14,7 @@
 #include "apps/estimation/method.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/odometry.h"
 #include "vision/calibration.h"

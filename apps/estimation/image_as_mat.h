@@ -17,4 +17,13 @@ inline cv::Mat as_mat(const Image& image) {
           const_cast<std::uint8_t*>(image.bytes.data())};
 }
 
+/// Returns a copy of pixels of CV_8UC3 r g b.
+inline Image as_image(const cv::Mat& rgb) {
+  Image image{rgb.cols, rgb.rows, PixelFormat::kRgb8, {}};
+  image.bytes.resize(rgb.total() * rgb.elemSize());
+  cv::Mat pixels = as_mat(image);
+  rgb.copyTo(pixels);
+  return image;
+}
+
 }  // namespace twocone::estimation

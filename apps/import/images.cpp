@@ -12,11 +12,9 @@
 
 #include <fmt/format.h>
 #include <boost/algorithm/string.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_folder.h"
-#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/tables/tables.h"
 #include "hal/image.h"
 
@@ -134,7 +132,6 @@ ImageList by_times_file(const fs::path& folder, const fs::path& times_file, Stam
 }
 
 constexpr std::string_view kPngBegin("\x89PNG\r\n\x1a\n", 8);
-constexpr std::string_view kPngEnd("\0\0\0\0IEND\xae\x42\x60\x82", 12);
 constexpr std::string_view kJpegBegin("\xff\xd8", 2);
 
 int big_endian(std::string_view bytes) {
@@ -184,12 +181,7 @@ std::optional<Image> decode(const fs::path& file, ImageSize wanted) {
                             size->width_px, size->height_px, wanted.width_px, wanted.height_px);
   }
   if (is_png) {
-    // This is checked first, because libpng prints its own message about it.
-    if (!bytes.ends_with(kPngEnd)) throw UnreadableImage("{} is cut off", file.string());
-    const cv::Mat encoded(1, int(bytes.size()), CV_8UC1, bytes.data());
-    if (cv::imdecode(encoded, cv::IMREAD_COLOR).empty()) {
-      throw UnreadableImage("{} is not an image that can be read", file.string());
-    }
+    if (const auto pixels = runlog::read_image(file); !pixels) throw UnreadableImage("{}", pixels.error().message);
     return std::nullopt;
   }
   Image image{size->width_px, size->height_px, PixelFormat::kMjpeg, {}};

@@ -5,10 +5,8 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
-#include "apps/estimation/image_as_mat.h"
 #include "apps/look/checks.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
@@ -98,12 +96,6 @@ text { font-family: system-ui, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-seri
   double width_px_ = 0, height_px_ = 0;
   std::string text_;
 };
-
-std::string uri_of(const Image& image) {
-  cv::Mat bgr;
-  cv::cvtColor(estimation::as_mat(image), bgr, cv::COLOR_RGB2BGR);
-  return report::jpeg_uri(bgr, kJpegQuality);
-}
 
 /// Returns the multiples of kTick_m, or of a larger step in a large room, from `low` to `high`.
 std::vector<double> ticks(double low, double high) {
@@ -251,7 +243,8 @@ std::string draw_above(const Subject& subject, const Look& look, const sim_povra
              : look.findings.size() == 1 ? "1 disagreement"
                                          : fmt::format("{} disagreements", look.findings.size()));
   if (above) {
-    plan.add_raw(report::svg_image(kLeft_px, kTop_px, plan.width_px(), plan.height_px(), uri_of(*above)));
+    plan.add_raw(report::svg_image(kLeft_px, kTop_px, plan.width_px(), plan.height_px(),
+                                   report::jpeg_uri(*above, kJpegQuality)));
   } else {
     plan.add("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#c9ced2\"/>", kLeft_px, kTop_px,
              plan.width_px(), plan.height_px());

@@ -12,7 +12,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/look/checks.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runs/loop/start_check.h"
 #include "drivers/sim_povray/scene_views.h"
 

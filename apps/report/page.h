@@ -31,7 +31,7 @@ struct Drawing : DrawingTools {
 
 /// Draws figure 7: the true trajectory (without ground truth that of odometry, without odometry the estimate) over
 /// `overhead`, an image of the arena from above (CV_8UC3 b g r, covering the map's bounds), or else over its plan.
-Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead);
+Figure draw_trajectory(const Drawing& drawing, const std::optional<Image>& overhead);
 
 /// Draws figure 17: the position error and the error of odometry against the frame number. Returns nothing without
 /// truth.

@@ -2,11 +2,9 @@
 #include "apps/runlog/run_folder.h"
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "apps/config/yaml/text_file.h"
-#include "apps/estimation/image_as_mat.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/runlog/tables/truth_files.h"
@@ -114,43 +112,6 @@ void write_summary(const RunData& run) {
   make_folder(run.folder / "methods" / run.method);
   write_whole(run.folder / "methods" / run.method / kSummary, json);
   write_whole(run.folder / kSummary, json);
-}
-
-Result<Image> read_image(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return Error(ErrorCode::kNotFound, "no image {}", file.string());
-  cv::Mat bgr = cv::imread(file.string(), cv::IMREAD_COLOR);
-  if (bgr.empty()) return Error(ErrorCode::kBadData, "{} is not an image that can be read", file.string());
-  cv::Mat rgb;
-  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-  Image image{rgb.cols, rgb.rows, PixelFormat::kRgb8, {}};
-  image.bytes = Bytes(rgb.datastart, rgb.dataend);
-  return image;
-}
-
-Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
-  const auto image = read_image(file);
-  if (!image) return image.error();
-  const auto rgb = to_rgb8(*image);
-  if (!rgb) return with_name(file.string(), rgb.error());
-  return estimation::as_mat(*rgb).clone();
-}
-
-void write_image(const std::filesystem::path& file, const Image& image) {
-  const bool is_grey = image.format == PixelFormat::kGrey8;
-  const auto rgb = is_grey ? Result<Image>(image) : to_rgb8(image);
-  if (!rgb) throw base::FormattedError("{}: {}", file.string(), rgb.error().message);
-  cv::Mat bgr;  // or grey, in the form for imencode()
-  if (is_grey) {
-    bgr = estimation::as_mat(*rgb);
-  } else {
-    cv::cvtColor(estimation::as_mat(*rgb), bgr, cv::COLOR_RGB2BGR);
-  }
-  std::vector<std::uint8_t> png;
-  // Without a compression level, OpenCV chooses zlib's fastest one and a single filter (each pixel minus its left
-  // neighbour), which takes half the time of level 1 with a filter that is chosen row by row. Its own strategy, runs
-  // only, gives larger files in the same time.
-  cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_DEFAULT});
-  write_whole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
 StoredImages::StoredImages(std::filesystem::path folder, bool with_truth)

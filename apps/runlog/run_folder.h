@@ -99,14 +99,6 @@ void file_results(const std::filesystem::path& folder, const std::string& method
 /// RunLock. @throws DiskError
 void write_summary(const RunData& run);
 
-/// Reads a stored image. Errors: kNotFound, kBadData.
-Result<Image> read_image(const std::filesystem::path& file);
-/// Reads a stored image in the form that vision takes, CV_8UC3 r g b. The cv::Mat owns its pixels. Errors: kNotFound,
-/// kBadData.
-Result<cv::Mat> read_rgb(const std::filesystem::path& file);
-/// Writes an image completely or not at all. @throws DiskError
-void write_image(const std::filesystem::path& file, const Image& image);
-
 /// Returns the images of a run folder by camera and sequence number, for simulated cameras
 /// (sim_povray::SessionSettings::stored).
 class StoredImages {

@@ -12,6 +12,7 @@
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/track.h"
 #include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"

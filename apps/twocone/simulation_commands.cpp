@@ -13,7 +13,7 @@
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 #include "drivers/sim_povray/effects.h"

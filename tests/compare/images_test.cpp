@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "tests/compare/made_up_side.h"
 #include "tests/support/srgb.h"
 #include "tests/support/temporary_folder.h"

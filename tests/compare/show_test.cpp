@@ -8,10 +8,11 @@
 #include <gtest/gtest.h>
 #include <boost/property_tree/ptree.hpp>
 #include <boost/property_tree/xml_parser.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "apps/compare/show/sections.h"
 #include "apps/config/robot_file.h"
+#include "apps/estimation/image_as_mat.h"
+#include "apps/runlog/storage/image_file.h"
 #include "tests/compare/a_comparison.h"
 #include "tests/support/temporary_folder.h"
 
@@ -57,7 +58,7 @@ std::filesystem::path image(const TemporaryFolder& folder, const std::string& na
     }
   }
   const std::filesystem::path file = folder.path() / name;
-  cv::imwrite(file.string(), pixels);
+  runlog::write_image(file, estimation::as_image(pixels));
   return file;
 }
 
@@ -209,8 +210,8 @@ TEST(CompareImages, ShowsWhichSideIsBrighter) {
   constexpr double kRounding_grey = 0.5;  // by unrolling, for a pixel
   EXPECT_NEAR(view.mean_difference_grey.value(), kBrighter_grey, kRounding_grey);
   const cv::Vec3b warm = difference_colour(kStrongestDifference_grey), cool = difference_colour(-64);
-  EXPECT_GT(warm[2], warm[0]) << "real brighter: red above blue";
-  EXPECT_GT(cool[0], cool[2]);
+  EXPECT_GT(warm[0], warm[2]) << "real brighter: red above blue";
+  EXPECT_GT(cool[2], cool[0]);
 }
 
 TEST(CompareWording, RoundsToTheSigma) {

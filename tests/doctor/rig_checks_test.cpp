@@ -3,10 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/doctor/checks/checks.h"
+#include "apps/runlog/storage/image_file.h"
 #include "tests/doctor/bench_devices.h"
 #include "tests/support/lab_robot.h"
 #include "tests/support/mirror_in_room.h"
@@ -58,10 +58,11 @@ TEST(DoctorRig, ARigInOrderIsOk) {
   const Report report = checked(good_pair(), folder.path() / "images");
   EXPECT_EQ(report.count(kOk), report.rows().size()) << table(report);
   for (const char* name : {"lower.png", "upper.png"}) {
-    const cv::Mat image = cv::imread((folder.path() / "images" / name).string());
-    ASSERT_EQ(image.size(), cv::Size(640, 480));
+    const auto image = runlog::read_rgb(folder.path() / "images" / name);
+    ASSERT_TRUE(image) << image.error().message;
+    ASSERT_EQ(image->size(), cv::Size(640, 480));
     // The green circle lies on the rim, whose leftmost pixel is here.
-    const auto pixel = image.at<cv::Vec3b>(240, 83);
+    const auto pixel = image->at<cv::Vec3b>(240, 83);
     EXPECT_GT(pixel[1], pixel[0]) << name;
   }
 }

@@ -12,7 +12,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
 #include "tests/support/temporary_folder.h"

@@ -142,6 +142,22 @@ TEST(JpegToRgb8, KnowsTheTablesThatCamerasLeaveOut) {
   expect_near(*rgb, image());
 }
 
+TEST(ToMjpeg, ComesBackNearlyAsItWas) {
+  const auto jpeg = to_mjpeg(image(), 95);
+  ASSERT_TRUE(jpeg) << jpeg.error().message;
+  EXPECT_EQ(jpeg->format, PixelFormat::kMjpeg);
+  const auto rgb = to_rgb8(*jpeg);
+  ASSERT_TRUE(rgb) << rgb.error().message;
+  expect_near(*rgb, image());
+  EXPECT_LT(to_mjpeg(image(), 30)->bytes.size(), jpeg->bytes.size());
+}
+
+TEST(ToMjpeg, RefusesAnImageThatLacksPixels) {
+  Image cut = image();
+  cut.bytes.resize(cut.bytes.size() - 1);
+  EXPECT_THAT(to_mjpeg(cut, 95), FailsWith(ErrorCode::kBadData));
+}
+
 // A buffer of constant size holds other bytes after the image.
 TEST(JpegToRgb8, IgnoresBytesAfterTheImage) {
   Jpeg padded = encoded(TJSAMP_422);

@@ -4,11 +4,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 
 #include "apps/config/yaml/text_file.h"
-#include "apps/runlog/run_folder.h"
 #include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runs/run.h"
 #include "localisation/odometry.h"
@@ -175,9 +174,10 @@ TEST_F(ImportRun, FramesThatTrajectoryOrOdometryDoNotCoverAreLeftOut) {
 
 TEST_F(ImportRun, JpegIsDecodedAndLastHalfWrittenImageLeftOut) {
   for (int i = 0; i < kFrames; ++i) {
-    const cv::Mat grey(120, 160, CV_8UC3, cv::Scalar::all(60 + i));
     fs::remove(lower(i));
-    cv::imwrite(fs::path(lower(i)).replace_extension(".jpg"), grey);
+    const Image jpeg = to_mjpeg(image(60 + i), 95).value();
+    runlog::write_whole(fs::path(lower(i)).replace_extension(".jpg"),
+                        {reinterpret_cast<const char*>(jpeg.bytes.data()), jpeg.bytes.size()});
   }
   const auto halve = [](const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); };
   halve(fs::path(lower(kFrames - 1)).replace_extension(".jpg"));
@@ -191,7 +191,9 @@ TEST_F(ImportRun, JpegIsDecodedAndLastHalfWrittenImageLeftOut) {
 
   fs::remove_all(out_);
   halve(upper(2));
-  EXPECT_THAT(refusal(), HasSubstr(upper(2).string() + " is cut off; only the last image of a folder may be so"));
+  EXPECT_THAT(refusal(),
+              HasSubstr(upper(2).string() +
+                        " is not an image that can be read: it is cut off; only the last image of a folder may be so"));
 }
 
 TEST_F(ImportRun, RejectsRecordingsOfOtherRobots) {

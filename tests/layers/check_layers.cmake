@@ -31,7 +31,8 @@ set(may_apps/error_budget apps/error_budget apps/config apps/behaviours base loc
 set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision localisation ${drivers_api})
 set(may_apps/runs apps/runs ${common})
 # What the tables, pages and plots of all tools are made of. It knows poses and maps, and no result of any tool.
-set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h base hal drivers/sim_povray/scene_views.h)
+set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h apps/runlog/storage/image_file.h base hal
+    drivers/sim_povray/scene_views.h)
 set(may_apps/report apps/report apps/error_budget ${common})
 set(may_apps/calibrate apps/calibrate ${common})
 set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs ${common})
@@ -55,6 +56,13 @@ set(never_vision "${pure}|yaml-cpp/.*|nlohmann/.*|opencv2/(highgui|imgcodecs|vid
 set(never_localisation "${pure}|yaml-cpp/.*|nlohmann/.*|opencv2/(highgui|imgcodecs|videoio).*")
 set(never_drivers/backends "yaml-cpp/.*")
 set(never_drivers/DRIVER "yaml-cpp/.*")
+# A program that loads opencv_imgcodecs starts 150 ms later, because that library loads GDAL and a hundred others. Image
+# files are read and written by apps/runlog/storage/image_file.h.
+foreach(area IN LISTS areas)
+  if(area MATCHES "^apps/")
+    set(never_${area} "opencv2/imgcodecs.*")
+  endif()
+endforeach()
 set(never_apps/behaviours "${pure}|yaml-cpp/.*|opencv2/.*")
 
 # The folder of each target.

@@ -19,6 +19,7 @@ set(expected
   "apps/config/reaches_inside.cpp:3: apps/config may include only: ${files_rule}, not \"drivers/sim_povray/world/world.h\""
   "apps/config/reaches_inside.cpp:4: apps/config may include only: ${files_rule}, not \"robot_file.h\""
   "apps/config/reaches_inside.cpp:5: an include that this check cannot read: #include ROBOT_FILE"
+  "apps/config/reaches_inside.cpp:6: apps/config must do without <opencv2/imgcodecs.hpp>"
   "apps/newcomer/anything.cpp:1: this folder has no rule, add one to tests/layers/check_layers.cmake"
   "apps/tradeoff/reaches_inside.cpp:3: apps/tradeoff may include only: ${tradeoff_rule}, not \"apps/report/report.h\""
   "drivers/backends.cpp:4: drivers/backends may include only: hal, drivers, not \"apps/config/robot_file.h\""

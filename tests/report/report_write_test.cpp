@@ -13,6 +13,7 @@
 #include <boost/property_tree/xml_parser.hpp>
 
 #include "apps/report/page.h"
+#include "apps/runlog/storage/image_file.h"
 #include "tests/report/synthetic_run.h"
 #include "tests/support/error_of.h"
 
@@ -368,14 +369,14 @@ TEST(WriteReport, KeepsAndReusesTheImageFromAbove) {
   runlog::RunData run = synthetic_run(scratch.path(), 20);
   run.map.scene = scratch.path() / "gone.pov";  // so that rendering would fail and be noted
   std::filesystem::create_directories(scratch.path() / "figures");
-  const auto cache = (scratch.path() / "figures" / "overhead.png").string();
-  cv::imwrite(cache, cv::Mat(836, 1000, CV_8UC3, cv::Scalar(10, 200, 30)));
+  const auto cache = scratch.path() / "figures" / "overhead.png";
+  runlog::write_image(cache, {1000, 836, PixelFormat::kGrey8, std::vector<std::uint8_t>(836 * 1000, 90)});
   ReportResult result;
   written(run, &result);
   EXPECT_THAT(result.notes, Not(Contains(HasSubstr("gone.pov"))));
   EXPECT_TRUE(has(content_of(scratch.path() / "figures" / "fig07_trajectory.svg"), "data:image/jpeg;base64,"));
 
-  cv::imwrite(cache, cv::Mat(600, 1000, CV_8UC3, cv::Scalar(10, 200, 30)));
+  runlog::write_image(cache, {1000, 600, PixelFormat::kGrey8, std::vector<std::uint8_t>(600 * 1000, 90)});
   written(run, &result);
   EXPECT_THAT(result.notes, Contains(HasSubstr("gone.pov"))) << "the image of another room was used for this one";
 }
@@ -392,12 +393,13 @@ TEST(WriteReport, PutsTheRenderedArenaTheRightWayRound) {
   ReportResult result;
   written(run, &result);
   for (const std::string& note : result.notes) EXPECT_THAT(note, Not(HasSubstr("from above")));
-  const cv::Mat image = cv::imread((scratch.path() / "figures" / "overhead.png").string());
-  ASSERT_FALSE(image.empty());
+  const auto stored = runlog::read_rgb(scratch.path() / "figures" / "overhead.png");
+  ASSERT_TRUE(stored) << stored.error().message;
+  const cv::Mat& image = *stored;
   const auto at = [&](double x_m, double y_m) {  // bounds are 6.1 m by 5.1 m about the origin
     return image.at<cv::Vec3b>(int((2.55 - y_m) / 5.1 * image.rows), int((x_m + 3.05) / 6.1 * image.cols));
   };
-  EXPECT_EQ(at(1.5, 1.0), cv::Vec3b(0, 0, 255));  // b g r
+  EXPECT_EQ(at(1.5, 1.0), cv::Vec3b(255, 0, 0));
   for (const auto& [x_m, y_m] : {std::pair{-1.5, 1.0}, {1.5, -1.0}, {-1.5, -1.0}, {0.5, 1.9}}) {
     EXPECT_EQ(at(x_m, y_m), cv::Vec3b(255, 255, 255)) << x_m << ", " << y_m;
   }

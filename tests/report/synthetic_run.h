@@ -13,11 +13,12 @@
 
 #include <fmt/format.h>
 #include <Eigen/Dense>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/run_data.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/summary/bounds.h"
 #include "tests/support/lab_robot.h"
 #include "tests/support/temporary_folder.h"
@@ -94,7 +95,7 @@ inline cv::Mat synthetic_image(const runlog::RunData& run, const vision::MirrorV
   cv::Mat image(run.robot.lower.settings.height_px, run.robot.lower.settings.width_px, CV_8UC3, cv::Scalar::all(20));
   const auto& s = view.settings();
   const cv::Point centre(cvRound(s.centre_px.x()), cvRound(s.centre_px.y()));
-  cv::circle(image, centre, static_cast<int>(s.rim_radius_px), cv::Scalar(150, 155, 160), cv::FILLED, cv::LINE_AA);
+  cv::circle(image, centre, static_cast<int>(s.rim_radius_px), cv::Scalar(160, 155, 150), cv::FILLED, cv::LINE_AA);
   for (const config::Landmark& landmark : run.map.landmarks) {
     const double range = std::hypot(landmark.x_m - pose.x_m, landmark.y_m - pose.y_m);
     const double bearing = std::atan2(landmark.y_m - pose.y_m, landmark.x_m - pose.x_m) - pose.heading_rad;
@@ -106,7 +107,7 @@ inline cv::Mat synthetic_image(const runlog::RunData& run, const vision::MirrorV
       corners.emplace_back(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
     }
     const auto& c = landmark.colour;
-    cv::fillPoly(image, std::vector<std::vector<cv::Point>>{corners}, cv::Scalar(255 * c[2], 255 * c[1], 255 * c[0]));
+    cv::fillPoly(image, std::vector<std::vector<cv::Point>>{corners}, cv::Scalar(255 * c[0], 255 * c[1], 255 * c[2]));
   }
   return image;
 }
@@ -170,7 +171,8 @@ inline runlog::RunData synthetic_run(const std::filesystem::path& folder, int fr
          {std::pair{&runlog::lower_image_file, &rig.lower}, {&runlog::upper_image_file, &rig.upper}}) {
       std::filesystem::create_directories(file_of(folder, 0).parent_path());
       for (std::size_t i = 0; i < run.frames.size(); i += static_cast<std::size_t>(image_step)) {
-        cv::imwrite(file_of(folder, run.frames[i].frame).string(), synthetic_image(run, *view, run.truth[i]));
+        runlog::write_image(file_of(folder, run.frames[i].frame),
+                            estimation::as_image(synthetic_image(run, *view, run.truth[i])));
       }
     }
   }

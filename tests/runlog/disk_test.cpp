@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/tables/tables.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
@@ -120,24 +121,6 @@ TEST(Disk, SightingsAreThereOnlyOfAMethodThatMakesThem) {
   EXPECT_EQ(read_table<TrackRow>(run.path() / "methods" / "outline" / "track.csv").size(), 1U);
   EXPECT_EQ(read_poses(run.path() / "methods" / "outline" / "estimate.tum").size(), 1U);
   EXPECT_EQ(read_table<SightingRow>(run.path() / "methods" / "outline" / "sightings.csv").size(), 2U);
-}
-
-TEST(Disk, ImagesComeBackAsTheyWere) {
-  const TemporaryFolder folder;
-  Image image{5, 3, PixelFormat::kRgb8, {}};
-  for (int i = 0; i < 45; ++i) image.bytes.push_back(std::uint8_t(5 * i));
-  write_image(folder.path() / "a.png", image);
-  const auto again = read_image(folder.path() / "a.png");
-  ASSERT_TRUE(again);
-  EXPECT_EQ(*again, image);
-  image.format = PixelFormat::kBgr8;  // as a camera may deliver it; the stored image must show the same colours
-  write_image(folder.path() / "bgr.png", image);
-  EXPECT_EQ(*read_image(folder.path() / "bgr.png"), *to_rgb8(image));
-  const Image grey{2, 1, PixelFormat::kGrey8, {7, 200}};
-  write_image(folder.path() / "grey.png", grey);
-  EXPECT_EQ(*read_image(folder.path() / "grey.png"), *to_rgb8(grey));
-  EXPECT_EQ(read_image(folder.path() / "b.png").error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(read_image(folder.write("c.png", "no image")).error().code, ErrorCode::kBadData);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/runlog/run_folder.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/summary/summary.h"
 #include "apps/runlog/tables/tables.h"
 #include "tests/vm/images.h"

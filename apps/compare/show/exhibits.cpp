@@ -8,13 +8,14 @@
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/compare/both_runs.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/report/kit/html.h"
+#include "apps/runlog/storage/image_file.h"
 #include "localisation/odometry.h"
 #include "vision/unwrap.h"
 
@@ -34,13 +35,8 @@ cv::Mat read(const std::filesystem::path& file, const std::string& what, std::ve
   if (!std::filesystem::is_regular_file(file, ignored)) {
     return noted(fmt::format("The {} image is missing: {}", what, file.string()));
   }
-  cv::Mat image;
-  try {
-    image = cv::imread(file.string(), cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
-    image.release();  // larger than OpenCV can read
-  }
-  return image.empty() ? noted(fmt::format("The {} image cannot be read: {}", what, file.string())) : image;
+  const auto image = runlog::read_rgb(file);
+  return image ? *image : noted(fmt::format("The {} image cannot be read: {}", what, file.string()));
 }
 
 cv::Mat resized(const cv::Mat& image, cv::Size size) {
@@ -80,8 +76,8 @@ cv::Mat unrolled(const cv::Mat& image, const config::Robot& robot, double turned
 void subtract(ExhibitView& images) {
   if (images.simulated_strip.empty() || images.real_strip.empty()) return;
   cv::Mat simulated, real;
-  cv::cvtColor(images.simulated_strip, simulated, cv::COLOR_BGR2GRAY);
-  cv::cvtColor(images.real_strip, real, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(images.simulated_strip, simulated, cv::COLOR_RGB2GRAY);
+  cv::cvtColor(images.real_strip, real, cv::COLOR_RGB2GRAY);
   images.difference.create(real.size(), CV_8UC3);
   for (int row = 0; row < real.rows; ++row) {
     for (int column = 0; column < real.cols; ++column) {
@@ -106,7 +102,7 @@ std::string svg(cv::Size size, const std::string& title, const std::string& inne
 
 std::string jpeg(const cv::Mat& image, const std::string& id, int quality) {
   return fmt::format("<image id=\"{}\" width=\"{}\" height=\"{}\" href=\"{}\"/>", id, image.cols, image.rows,
-                     report::jpeg_uri(image, quality));
+                     report::jpeg_uri(estimation::as_image(image), quality));
 }
 
 std::string captioned(const std::string& drawing, const std::string& words) {
@@ -160,7 +156,7 @@ std::string strips(const ExhibitView& view, const std::string& prefix, int quali
 std::string difference_legend() {
   const auto rgb = [](double grey) {
     const cv::Vec3b c = difference_colour(grey);
-    return fmt::format("rgb({},{},{})", c[2], c[1], c[0]);
+    return fmt::format("rgb({},{},{})", c[0], c[1], c[2]);
   };
   return html::element(
       "p",
@@ -219,7 +215,7 @@ std::string sliders(const Comparison& comparison) {
 cv::Vec3b difference_colour(double grey) {
   // A red and a blue similar to Okabe and Ito's, which people with any common kind of colour vision can distinguish.
   const cv::Vec3d none(247, 247, 247);
-  const cv::Vec3d end = grey > 0 ? cv::Vec3d(0, 60, 180) : cv::Vec3d(150, 70, 0);
+  const cv::Vec3d end = grey > 0 ? cv::Vec3d(180, 60, 0) : cv::Vec3d(0, 70, 150);
   const double part = std::min(std::abs(grey) / kStrongestDifference_grey, 1.0);
   const cv::Vec3d colour = none + (end - none) * part;
   return {cv::saturate_cast<std::uint8_t>(colour[0]), cv::saturate_cast<std::uint8_t>(colour[1]),

@@ -221,7 +221,7 @@ report::Figure draw(const Comparison& comparison, const report::DrawingTools& to
 std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools) {
   const std::array<Path, 3> paths = paths_of(comparison);
   if (std::ranges::all_of(paths, [](const Path& path) { return path.poses->empty(); })) return {};
-  std::optional<cv::Mat> arena;
+  std::optional<Image> arena;
   if (comparison.map.scene) arena = report::overhead_image(tools, comparison.map, "The paths are");
   const report::Sheet sheet = report::lay_out(world_of(comparison, paths), kWidth_px, kTallest_px);
   report::Plot plot = report::plot_over(sheet, comparison.map, arena);

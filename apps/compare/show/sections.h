@@ -37,7 +37,7 @@ std::vector<report::Figure> draw_residuals(const Comparison& comparison, const r
 /// scene cannot be rendered. Returns nothing without a path.
 std::vector<report::Figure> draw_paths(const Comparison& comparison, const report::DrawingTools& tools);
 
-/// The images of one view of an exhibit, CV_8UC3 b g r; empty if missing.
+/// The images of one view of an exhibit, CV_8UC3 r g b; empty if missing.
 struct ExhibitView {
   vision::Side view = vision::Side::kLower;
   cv::Mat simulated, real;  ///< original images, reduced to the width of the page; of one size if both exist
@@ -55,7 +55,7 @@ struct ExhibitView {
 /// Brightness differences of this many grey levels or more have the strongest colour.
 inline constexpr int kStrongestDifference_grey = 64;
 
-/// Returns a colour, b g r: warm if the real image is brighter, cool if it is darker, nearly white if both are equal.
+/// Returns a colour, r g b: warm if the real image is brighter, cool if it is darker, nearly white if both are equal.
 /// @param grey real - simulated
 cv::Vec3b difference_colour(double grey);
 

@@ -4,13 +4,12 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/doctor/checks/checks.h"
 #include "apps/estimation/image_as_mat.h"
 #include "apps/estimation/self_rig.h"
-#include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/image_file.h"
 
 namespace twocone::doctor {
 namespace {
@@ -27,33 +26,30 @@ cv::Point shifted(const Eigen::Vector2d& place_px) {
           static_cast<int>(std::lround(place_px.y() * (1 << kShift)))};
 }
 
-void draw_circle(cv::Mat& bgr, const Eigen::Vector2d& centre_px, double radius_px, const cv::Scalar& colour) {
-  cv::circle(bgr, shifted(centre_px), static_cast<int>(std::lround(radius_px * (1 << kShift))), colour, 1, cv::LINE_AA,
+void draw_circle(cv::Mat& rgb, const Eigen::Vector2d& centre_px, double radius_px, const cv::Scalar& colour) {
+  cv::circle(rgb, shifted(centre_px), static_cast<int>(std::lround(radius_px * (1 << kShift))), colour, 1, cv::LINE_AA,
              kShift);
 }
 
-void draw_cross(cv::Mat& bgr, const Eigen::Vector2d& place_px, const cv::Scalar& colour) {
+void draw_cross(cv::Mat& rgb, const Eigen::Vector2d& place_px, const cv::Scalar& colour) {
   constexpr double kArm_px = 9;
   for (const Eigen::Vector2d& arm : {Eigen::Vector2d(kArm_px, 0), Eigen::Vector2d(0, kArm_px)}) {
-    cv::line(bgr, shifted(place_px - arm), shifted(place_px + arm), colour, 1, cv::LINE_AA, kShift);
+    cv::line(rgb, shifted(place_px - arm), shifted(place_px + arm), colour, 1, cv::LINE_AA, kShift);
   }
 }
 
-/// Returns the PNG of an image: the file's circle red, the one that was found green, with a cross on the tip.
-std::vector<std::uint8_t> drawn(const cv::Mat& rgb, const vision::RimCircle& believed, const vision::SelfView& view) {
-  const cv::Scalar red(40, 40, 255);
+/// Returns an image with the file's circle red, the one that was found green, with a cross on the tip.
+Image drawn(const cv::Mat& rgb, const vision::RimCircle& believed, const vision::SelfView& view) {
+  const cv::Scalar red(255, 40, 40);
   const cv::Scalar green(60, 230, 60);
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  draw_circle(bgr, believed.centre_px, believed.radius_px, red);
-  draw_cross(bgr, believed.centre_px, red);
+  cv::Mat canvas = rgb.clone();
+  draw_circle(canvas, believed.centre_px, believed.radius_px, red);
+  draw_cross(canvas, believed.centre_px, red);
   if (view.mirror.rim) {
-    draw_circle(bgr, view.mirror.rim->centre_px, view.mirror.rim->radius_px, green);
-    draw_cross(bgr, view.mirror.tip ? view.mirror.tip->centre_px : view.mirror.rim->centre_px, green);
+    draw_circle(canvas, view.mirror.rim->centre_px, view.mirror.rim->radius_px, green);
+    draw_cross(canvas, view.mirror.tip ? view.mirror.tip->centre_px : view.mirror.rim->centre_px, green);
   }
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", bgr, png);
-  return png;
+  return estimation::as_image(canvas);
 }
 
 void store(const RigUnderTest& test, const vision::SelfRig& found, Report& report) {
@@ -63,10 +59,10 @@ void store(const RigUnderTest& test, const vision::SelfRig& found, Report& repor
     runlog::make_folder(test.images);
     for (const std::size_t i : {0, 1}) {
       const config::RigView& view = i == 0 ? test.robot.rig.lower : test.robot.rig.upper;
-      const auto png = drawn(i == 0 ? test.lower_rgb : test.upper_rgb,
-                             {{view.centre_px[0], view.centre_px[1]}, view.rim_radius_px, 0}, found.views[i]);
+      const Image image = drawn(i == 0 ? test.lower_rgb : test.upper_rgb,
+                                {{view.centre_px[0], view.centre_px[1]}, view.rim_radius_px, 0}, found.views[i]);
       const auto file = test.images / (kNames[i] + ".png");
-      runlog::write_whole(file, std::string(png.begin(), png.end()));
+      runlog::write_image(file, image);
       names += (names.empty() ? "" : ", ") + file.string();
     }
   } catch (const runlog::DiskError& error) {

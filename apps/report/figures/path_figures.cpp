@@ -99,7 +99,7 @@ void add_error_plots(std::string_view block, int column, double limit, bool is_b
                   block, column, limit, kFixColour, beyond_title));
 }
 
-Figure draw_trajectory(const Drawing& drawing, const std::optional<cv::Mat>& overhead) {
+Figure draw_trajectory(const Drawing& drawing, const std::optional<Image>& overhead) {
   const runlog::RunData& run = drawing.run;
   const bool truth = !run.truth.empty();
   const bool wheels = runlog::has_odometry(run);

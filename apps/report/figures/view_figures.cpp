@@ -9,12 +9,13 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
+#include "apps/runlog/storage/image_file.h"
 #include "vision/paper_ranging.h"
 #include "vision/unwrap.h"
 
@@ -22,17 +23,14 @@ namespace twocone::report {
 namespace {
 
 struct Images {
-  cv::Mat lower, upper;  ///< CV_8UC3, b g r
+  cv::Mat lower, upper;  ///< CV_8UC3, r g b
 };
 
 std::optional<Images> read_images(const runlog::RunData& run, std::uint64_t frame) {
-  std::error_code ignored;
-  const auto lower = runlog::lower_image_file(run.folder, frame);
-  const auto upper = runlog::upper_image_file(run.folder, frame);
-  if (!std::filesystem::exists(lower, ignored) || !std::filesystem::exists(upper, ignored)) return std::nullopt;
-  Images images{cv::imread(lower.string(), cv::IMREAD_COLOR), cv::imread(upper.string(), cv::IMREAD_COLOR)};
-  if (images.lower.empty() || images.upper.empty()) return std::nullopt;
-  return images;
+  const auto lower = runlog::read_rgb(runlog::lower_image_file(run.folder, frame));
+  const auto upper = runlog::read_rgb(runlog::upper_image_file(run.folder, frame));
+  if (!lower || !upper) return std::nullopt;
+  return Images{*lower, *upper};
 }
 
 std::string svg_begin(double width, double height, const std::string& title) {
@@ -79,10 +77,7 @@ std::vector<vision::RangeMeasurement> match(const runlog::RunData& run, const Im
   try {
     const vision::PaperRanging ranging(config::to_rig(run.robot), config::to_targets(run.map), images.lower.size(),
                                        images.upper.size());
-    cv::Mat lower, upper;
-    cv::cvtColor(images.lower, lower, cv::COLOR_BGR2RGB);
-    cv::cvtColor(images.upper, upper, cv::COLOR_BGR2RGB);
-    return ranging.measure(lower, upper);
+    return ranging.measure(images.lower, images.upper);
   } catch (const std::invalid_argument&) {
     return {};
   }
@@ -165,7 +160,7 @@ std::string strip(const runlog::RunData& run, std::uint64_t frame, const Images&
     cv::Mat small;
     cv::resize(vision::unwrap(*image, *view, 2 * image_width_px), small, {image_width_px, image_height_px}, 0, 0,
                cv::INTER_AREA);
-    svg += svg_image(kStripLeft, y, kStripWidth, kStripHeight, jpeg_uri(small, quality));
+    svg += svg_image(kStripLeft, y, kStripWidth, kStripHeight, jpeg_uri(estimation::as_image(small), quality));
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\" fill=\"#333333\">{}</text>\n",
                        kStripLeft - 8, y + kStripHeight / 2 + 5, name);
     y += kStripHeight + 4;
@@ -235,7 +230,7 @@ Figure draw_superimposed(const Drawing& drawing) {
 
   Figure figure{"fig09_disparity", "Figure 9", "The disparity between the two mirrors"};
   figure.svg = svg_begin(kWidth, crop.height * scale, figure.title);
-  figure.svg += svg_image(0, 0, kWidth, crop.height * scale, jpeg_uri(both(crop), 85));
+  figure.svg += svg_image(0, 0, kWidth, crop.height * scale, jpeg_uri(estimation::as_image(both(crop)), 85));
   std::vector<std::string> missing;
   const std::vector<vision::RangeMeasurement> matches = match(run, *images);
   for (std::size_t i = 0; i < matches.size(); ++i) {

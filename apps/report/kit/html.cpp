@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <boost/algorithm/string/replace.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "apps/report/kit/plain_text.h"
 
@@ -53,10 +52,10 @@ std::string base64(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-std::string jpeg_uri(const cv::Mat& image, int quality) {
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return "data:image/jpeg;base64," + base64(jpeg);
+std::string jpeg_uri(const Image& image, int quality) {
+  const auto jpeg = to_mjpeg(image, quality);
+  if (!jpeg) throw base::FormattedError("{}", jpeg.error().message);
+  return "data:image/jpeg;base64," + base64({jpeg->bytes.data(), jpeg->bytes.size()});
 }
 
 std::string svg_image(double x, double y, double width, double height, std::string_view uri) {

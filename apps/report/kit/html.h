@@ -8,9 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace cv {
-class Mat;
-}
+#include "hal/image.h"
 
 namespace twocone::report {
 
@@ -23,8 +21,8 @@ std::string escape(std::string_view text);
 /// Returns the base64 encoding of RFC 4648, padded.
 std::string base64(std::span<const std::uint8_t> bytes);
 
-/// Returns `image` (CV_8UC3 b g r) as "data:image/jpeg;base64,...". @param quality of the JPEG, 0 to 100
-std::string jpeg_uri(const cv::Mat& image, int quality);
+/// Returns `image` as "data:image/jpeg;base64,...". @param quality as of to_mjpeg. @throws base::FormattedError as it
+std::string jpeg_uri(const Image& image, int quality);
 
 /// Returns the SVG element of an image that is stretched into a rectangle.
 std::string svg_image(double x, double y, double width, double height, std::string_view uri);

@@ -6,11 +6,10 @@
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "apps/report/kit/figure.h"
 #include "apps/report/kit/html.h"
+#include "apps/runlog/storage/image_file.h"
 #include "drivers/sim_povray/scene_views.h"
 
 namespace twocone::report {
@@ -41,10 +40,10 @@ double scale_bar_m(double width_m) {
   return power;
 }
 
-bool fits(const cv::Mat& image, const config::Bounds& bounds) {
+bool fits(const Image& image, const config::Bounds& bounds) {
   const double wanted = (bounds.max_x_m - bounds.min_x_m) / (bounds.max_y_m - bounds.min_y_m);
   // A difference of one pixel in either direction is rounding.
-  return !image.empty() && std::abs(image.cols - wanted * image.rows) <= 1 + wanted;
+  return std::abs(image.width_px - wanted * image.height_px) <= 1 + wanted;
 }
 
 /// Returns gnuplot commands: walls and obstacles in grey.
@@ -77,29 +76,22 @@ std::string landmark_commands(const config::Map& map, bool boxed) {
   return text;
 }
 
-/// Errors: kNotFound (no scene), those of sim_povray::render_overhead.
-Result<cv::Mat> rendered_or_kept(const config::Map& map, const std::filesystem::path& cache) {
+/// Errors: kNotFound (no scene), kUnavailable (the disk), those of sim_povray::render_overhead.
+Result<Image> rendered_or_kept(const config::Map& map, const std::filesystem::path& cache) {
   if (!map.scene) return Error{ErrorCode::kNotFound, "the map names no scene"};
-  std::error_code ignored;
-  if (std::filesystem::exists(cache, ignored)) {
-    cv::Mat kept = cv::imread(cache.string(), cv::IMREAD_COLOR);
-    if (fits(kept, map.bounds)) return kept;
-  }
+  if (auto kept = runlog::read_image(cache); kept && fits(*kept, map.bounds)) return kept;
   const config::Bounds& b = map.bounds;
   if (!(b.min_x_m < b.max_x_m && b.min_y_m < b.max_y_m)) return Error{ErrorCode::kNotFound, "the map has no extent"};
   sim_povray::OverheadView view{b.min_x_m, b.max_x_m, b.min_y_m, b.max_y_m};
   view.width_px = kOverheadWidth_px;
-  const Result<Image> rendered = sim_povray::render_overhead(*map.scene, map.unit_m, view, {}, map.scene_paths);
-  if (!rendered) return rendered.error();
-  Result<Image> rgb = to_rgb8(*rendered);
-  if (!rgb) return rgb.error();
-  cv::Mat image;
-  cv::cvtColor(cv::Mat(rgb->height_px, rgb->width_px, CV_8UC3, rgb->bytes.data()), image, cv::COLOR_RGB2BGR);
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", image, png);
-  const std::string_view bytes(reinterpret_cast<const char*>(png.data()), png.size());
-  if (const Status kept = write_file(cache, bytes); !kept) return kept.error();
-  return image;
+  Result<Image> rendered = sim_povray::render_overhead(*map.scene, map.unit_m, view, {}, map.scene_paths);
+  if (!rendered) return rendered;
+  try {
+    runlog::write_image(cache, *rendered);
+  } catch (const runlog::DiskError& error) {
+    return Error{ErrorCode::kUnavailable, error.what()};
+  }
+  return rendered;
 }
 
 }  // namespace
@@ -154,7 +146,7 @@ std::string pose_block(const std::string& name, const std::vector<runlog::PoseRo
   return data_block(name, rows);
 }
 
-Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<cv::Mat>& overhead) {
+Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<Image>& overhead) {
   constexpr int kJpegQuality = 82;
   Plot plot{.width_px = sheet.width_px, .height_px = sheet.height_px, .commands = sheet_commands(sheet, map.unit_m)};
   if (overhead) {
@@ -181,8 +173,8 @@ std::optional<config::Bounds> extent_of(std::initializer_list<const std::vector<
                         box.max().y() + kMargin_m};
 }
 
-std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is) {
-  Result<cv::Mat> image = rendered_or_kept(map, tools.gnuplot.folder / "overhead.png");
+std::optional<Image> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is) {
+  Result<Image> image = rendered_or_kept(map, tools.gnuplot.folder / "overhead.png");
   if (image) return *std::move(image);
   tools.notes.push_back(fmt::format("{} drawn over a plan instead of an image of the arena from above: {}", what_is,
                                     image.error().message));

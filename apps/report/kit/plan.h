@@ -7,11 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include <opencv2/core.hpp>
-
 #include "apps/config/map_file.h"
 #include "apps/report/kit/figure.h"
 #include "apps/runlog/run_data.h"
+#include "hal/image.h"
 
 namespace twocone::report {
 
@@ -29,10 +28,10 @@ Sheet lay_out(config::Bounds world, int width_px, int tallest_px);
 /// Returns gnuplot commands: axes, margins and ranges of the sheet, with a scale bar. @param unit_m one POV-Ray unit
 std::string sheet_commands(const Sheet& sheet, double unit_m);
 
-/// Returns a plot of the sheet over the arena from above (`overhead`: CV_8UC3 b g r, covering the sheet's world), or
+/// Returns a plot of the sheet over the arena from above (`overhead`, covering the sheet's world), or
 /// over the plan of the map, walls and obstacles in grey. The landmarks and their names are drawn, and the key is
 /// above.
-Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<cv::Mat>& overhead);
+Plot plot_over(const Sheet& sheet, const config::Map& map, const std::optional<Image>& overhead);
 
 /// Returns the smallest rectangle around all poses, with a margin; nothing without a pose. Poses that are not finite do
 /// not count.
@@ -44,9 +43,9 @@ std::string label_command(const std::string& text, double x_m, double y_m, const
 /// Returns a data block of the positions of the poses.
 std::string pose_block(const std::string& name, const std::vector<runlog::PoseRow>& poses);
 
-/// Returns the arena from above, CV_8UC3 b g r, covering the map's bounds. The image is saved as overhead.png among the
+/// Returns the arena from above, covering the map's bounds. The image is saved as overhead.png among the
 /// figures and read from there the next time. If it cannot be made, a note states why.
 /// @param what_is the subject of the note and its verb, such as "Figure 7 is"
-std::optional<cv::Mat> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is);
+std::optional<Image> overhead_image(const DrawingTools& tools, const config::Map& map, std::string_view what_is);
 
 }  // namespace twocone::report

@@ -10,10 +10,9 @@
 #include <string_view>
 
 #include <fmt/format.h>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "apps/runlog/storage/disk.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/tables/tables.h"
 
 namespace twocone::runlog {
@@ -56,13 +55,10 @@ bool is_within(const sim_povray::TrueBox& box, const Landmark& landmark) {
 void write_truth(const std::filesystem::path& run, const std::string& camera, std::uint64_t frame,
                  const sim_povray::PixelTruth& truth) {
   make_folder(run / "truth");
-  const cv::Mat objects(truth.height_px, truth.width_px, CV_16UC1, const_cast<std::uint16_t*>(truth.object.data()));
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", objects, png, {cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_DEFAULT});
+  write_grey16(truth_file(run, camera, frame, kEndings[0]), truth.width_px, truth.height_px, truth.object);
   const auto write = [&](const char* ending, std::string_view content) {
     write_whole(truth_file(run, camera, frame, ending), content);
   };
-  write(kEndings[0], {reinterpret_cast<const char*>(png.data()), png.size()});
   const std::string shape = fmt::format("{}, {}", truth.height_px, truth.width_px);
   write(kEndings[1], npy(shape, truth.distance_m));
   write(kEndings[2], npy(shape + ", 3", {truth.normal.data()->data(), 3 * truth.normal.size()}));

@@ -3,3 +3,4 @@
 #include "drivers/sim_povray/world/world.h"
 #include "robot_file.h"
 #include ROBOT_FILE
+#include <opencv2/imgcodecs.hpp>
