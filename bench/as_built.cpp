@@ -169,15 +169,7 @@ std::vector<std::string> judge(std::uint64_t seed, const Believer& believer, Wor
   for (int i = 0; i < kPlaces; ++i) {
     const localisation::Pose pose{place(world.random()), place(world.random()), turn(world.random())};
     const auto pair = world.take(pose);
-    const auto image_of = [](const cv::Mat& rgb) {
-      Image image;
-      image.format = PixelFormat::kRgb8;
-      image.width_px = rgb.cols;
-      image.height_px = rgb.rows;
-      image.bytes = Bytes(rgb.datastart, rgb.dataend);
-      return image;
-    };
-    const auto answer = estimator.answer(image_of(pair.lower), image_of(pair.upper));
+    const auto answer = estimator.answer(estimation::as_image(pair.lower), estimation::as_image(pair.upper));
     if (!answer) throw std::runtime_error(answer.error().message);
     const localisation::Fix& fix = answer->fix;
     std::string line = fmt::format("{},{},{}", seed, i, to_string(fix.verdict));

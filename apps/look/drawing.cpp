@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -170,8 +171,8 @@ void draw_robot(Plan& plan, const config::Robot& robot) {
   plan.add(
       "<path class=\"heading\" transform=\"translate({:.1f} {:.1f}) rotate({:.2f})\" "
       "d=\"M0 0H{:.1f}m{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}\"/>",
-      plan.x(start.x_m), plan.y(start.y_m), -start.heading_rad * 180 / CV_PI, 1.45 * reach, -0.3 * reach, -0.22 * reach,
-      0.3 * reach, 0.22 * reach, -0.3 * reach, 0.22 * reach);
+      plan.x(start.x_m), plan.y(start.y_m), -start.heading_rad * 180 / std::numbers::pi, 1.45 * reach, -0.3 * reach,
+      -0.22 * reach, 0.3 * reach, 0.22 * reach, -0.3 * reach, 0.22 * reach);
   plan.words("name", plan.x(start.x_m), plan.y(start.y_m) + reach + 19, "robot");
 }
 
