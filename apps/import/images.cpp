@@ -181,7 +181,8 @@ std::optional<Image> decode(const fs::path& file, ImageSize wanted) {
                             size->width_px, size->height_px, wanted.width_px, wanted.height_px);
   }
   if (is_png) {
-    if (const auto pixels = runlog::read_image(file); !pixels) throw UnreadableImage("{}", pixels.error().message);
+    if (const auto pixels = runlog::read_image(file, bytes); !pixels)
+      throw UnreadableImage("{}", pixels.error().message);
     return std::nullopt;
   }
   Image image{size->width_px, size->height_px, PixelFormat::kMjpeg, {}};

@@ -10,8 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include <opencv2/core.hpp>
-
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"

@@ -8,6 +8,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/estimator.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/answer_rows.h"
 #include "tests/support/lab_robot.h"
 #include "tests/support/synthetic_lab.h"
@@ -50,9 +51,6 @@ const Frame& frame() {
     std::mt19937_64 random(3);
     const auto pair =
         rig.take({lab::seen_from(lab::six_landmarks(), kPosition_m, kHeading_rad), {}, {}}, {1, 1}, random);
-    const auto as_image = [](const cv::Mat& rgb) {
-      return Image{rgb.cols, rgb.rows, PixelFormat::kRgb8, std::vector<std::uint8_t>(rgb.datastart, rgb.dataend)};
-    };
     return Frame{as_image(pair.lower), as_image(pair.upper)};
   }();
   return frame;

@@ -23,11 +23,12 @@ unmet=0
 
 report() { echo "evidence $topic: $*" >&2; }
 
-# row WHAT FIGURE TARGET yes|no: removes the path of the source tree from the figure.
+# row WHAT FIGURE TARGET yes|no: removes the path of the source tree from the figure. An empty figure was not run.
 row() {
-  rows+="| $1 | ${2//"$PWD/"/} | $3 | $4 |"$'\n'
+  local figure=${2:-not run}
+  rows+="| $1 | ${figure//"$PWD/"/} | $3 | $4 |"$'\n'
   [ "$4" = yes ] || unmet=$((unmet + 1))
-  report "$1: $2 (target $3): $4"
+  report "$1: $figure (target $3): $4"
 }
 # block TITLE TEXT: removes the path of the source tree, here and in the fresh Debian, from the text.
 block() {

@@ -91,7 +91,7 @@ for kind in "plain 1 0.52" "smooth 3 0.16"; do
   if [ ! -f "$work/lab_$name.status" ]; then rm -rf "$work/lab_$name"; fi
   step "lab_$name" "$twocone" run --robot robots/lab_sim.yaml --frames 450 --set "cameras.lower.antialias=$rays" --set "cameras.upper.antialias=$rays" --out "$work/lab_$name"
   mean=$(jq -r '.fix.position_error.mean_m // empty' "$work/lab_$name/summary.json" 2>/dev/null || true)
-  row "ideal lab, 450 frames, $name: mean position error" "$(fixed 3 "$(jq -n "1e3 * ${mean:-0}")") mm" "at most $limit mm" "$(holds "\"$mean\" != \"\" && 1e3 * ${mean:-1} <= $limit")"
+  row "ideal lab, 450 frames, $name: mean position error" "${mean:+$(fixed 3 "$(jq -n "1e3 * $mean")") mm}" "at most $limit mm" "$(holds "\"$mean\" != \"\" && 1e3 * ${mean:-1} <= $limit")"
   step "many_$name" build/release/bench/many_frames --frames 10000 --antialias "$rays" --rows "$work/many_$name.csv" --json "$work/many_$name.json" robots/lab_sim.yaml
   read -r coverage ratio mean_m <<<"$(jq -r '[.coverage, .rmse_of_bounded_m / .bound_rms_m, .mean_m] | @tsv' "$work/many_$name.json" 2>/dev/null || echo "0 0 0")"
   if [ "$(passed "many_$name")" = no ]; then
@@ -109,7 +109,7 @@ calibrate_lab() {
 }
 step calibrate calibrate_lab
 seconds=$(cat "$work/calibrate.seconds" 2>/dev/null || echo "")
-row "calibration of 450 frames" "${seconds:-not run} s" "at most 60 s" "$(holds "\"$seconds\" != \"\" && ${seconds:-99} <= 60")"
+row "calibration of 450 frames" "${seconds:+$seconds s}" "at most 60 s" "$(holds "\"$seconds\" != \"\" && ${seconds:-99} <= 60")"
 step speed build/release/bench/vision_bench --benchmark_filter='^(PairToHsv|OutlineOfAPair)$' --benchmark_repetitions=5 \
   --benchmark_out="$work/speed.json" --benchmark_out_format=json
 times() { jq -r --arg name "$1_median" '[.benchmarks[] | select(.name == $name) | .cpu_time][0] // empty' "$work/speed.json" 2>/dev/null || true; }

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "apps/report/kit/plain_text.h"
+#include "base/errors.h"
 
 namespace twocone::report {
 

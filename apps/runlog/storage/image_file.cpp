@@ -9,7 +9,6 @@
 #include <bit>
 #include <csetjmp>
 #include <cstdio>
-#include <memory>
 #include <string>
 
 #include "apps/config/yaml/text_file.h"
@@ -31,13 +30,40 @@ using Complaint = std::array<char, 128>;
 
 void on_warning(png_structp /*png*/, png_const_charp /*what*/) {}
 
-/// Calls `work`, which calls libpng. Returns false if libpng reported an error. Then a longjmp has left `work`, so
-/// nothing in `work` may have a destructor.
-bool completes(png_structp png, const auto& work) {
-  if (setjmp(png_jmpbuf(png)) != 0) return false;  // NOLINT(cert-err52-cpp): libpng has no other way out
-  work();
-  return true;
-}
+/// The structures of a reader or a writer, and what libpng reported about them.
+class Png {
+ public:
+  enum class Kind { kReader, kWriter };
+
+  explicit Png(Kind kind) : kind_(kind) {
+    const auto create = kind == Kind::kReader ? png_create_read_struct : png_create_write_struct;
+    png_ = create(PNG_LIBPNG_VER_STRING, &complaint_, on_error, on_warning);
+    if (png_ != nullptr) info_ = png_create_info_struct(png_);
+  }
+  ~Png() {
+    kind_ == Kind::kReader ? png_destroy_read_struct(&png_, &info_, nullptr) : png_destroy_write_struct(&png_, &info_);
+  }
+  Png(const Png&) = delete;
+  Png& operator=(const Png&) = delete;
+
+  [[nodiscard]] png_structp png() const { return png_; }
+  [[nodiscard]] png_infop info() const { return info_; }
+
+  /// Calls `work`, which calls libpng. Returns what libpng reported as an error, or an empty string. After an error a
+  /// longjmp has left `work`, so nothing in `work` may have a destructor.
+  std::string error_of(const auto& work) {
+    if (info_ == nullptr) return "no memory for libpng";
+    if (setjmp(png_jmpbuf(png_)) != 0) return complaint_.data();  // NOLINT(cert-err52-cpp): libpng has no other way out
+    work();
+    return "";
+  }
+
+ private:
+  Kind kind_;
+  Complaint complaint_{};
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+};
 
 // ---------------------------------------------------------------------------------------------------------- reading
 
@@ -54,41 +80,35 @@ void next_bytes(png_structp png, png_bytep to, std::size_t count) {
 
 /// Returns what is wrong with a PNG file, or an empty string. @param rgb receives the image
 std::string decode(std::string_view bytes, Image& rgb) {
-  Complaint complaint{};
+  Png reader(Png::Kind::kReader);
+  png_structp const png = reader.png();
   Unread unread{bytes};
-  const auto destroy = [](png_structp png) { png_destroy_read_struct(&png, nullptr, nullptr); };
-  const std::unique_ptr<png_struct, decltype(destroy)> owner(
-      png_create_read_struct(PNG_LIBPNG_VER_STRING, &complaint, on_error, on_warning));
-  png_structp const png = owner.get();
-  if (png == nullptr) return "no memory for a PNG decoder";
-  const auto destroy_info = [png](png_infop info) { png_destroy_info_struct(png, &info); };
-  const std::unique_ptr<png_info, decltype(destroy_info)> info(png_create_info_struct(png), destroy_info);
-  if (!info) return "no memory for a PNG decoder";
-
-  png_set_read_fn(png, &unread, next_bytes);
-  png_set_user_limits(png, kMostPixels, kMostPixels);
   int passes = 0;
-  const bool has_begun = completes(png, [&] {
-    png_read_info(png, info.get());
+  std::string wrong = reader.error_of([&] {
+    png_set_read_fn(png, &unread, next_bytes);
+    png_set_user_limits(png, kMostPixels, kMostPixels);
+    png_read_info(png, reader.info());
     png_set_expand(png);
     png_set_strip_16(png);
     png_set_strip_alpha(png);
     png_set_gray_to_rgb(png);
     passes = png_set_interlace_handling(png);
-    png_read_update_info(png, info.get());
+    png_read_update_info(png, reader.info());
   });
-  if (!has_begun) return complaint.data();
-  rgb = {int(png_get_image_width(png, info.get())), int(png_get_image_height(png, info.get())), PixelFormat::kRgb8, {}};
-  const std::size_t row_bytes = png_get_rowbytes(png, info.get());
+  if (!wrong.empty()) return wrong;
+  rgb = {int(png_get_image_width(png, reader.info())),
+         int(png_get_image_height(png, reader.info())),
+         PixelFormat::kRgb8,
+         {}};
+  const std::size_t row_bytes = png_get_rowbytes(png, reader.info());
   rgb.bytes.resize(row_bytes * std::size_t(rgb.height_px));
   std::uint8_t* const pixels = rgb.bytes.data();
-  const bool is_whole = completes(png, [&] {
+  return reader.error_of([&] {
     for (int pass = 0; pass < passes; ++pass) {
       for (int row = 0; row < rgb.height_px; ++row) png_read_row(png, pixels + row_bytes * std::size_t(row), nullptr);
     }
     png_read_end(png, nullptr);
   });
-  return is_whole ? "" : complaint.data();
 }
 
 // ---------------------------------------------------------------------------------------------------------- writing
@@ -107,35 +127,27 @@ void keep_bytes(png_structp png, png_bytep bytes, std::size_t count) {
 
 /// @throws DiskError
 void write(const std::filesystem::path& file, const Pixels& pixels) {
-  Complaint complaint{};
+  Png writer(Png::Kind::kWriter);
+  png_structp const png = writer.png();
   std::string bytes;
-  const auto destroy = [](png_structp png) { png_destroy_write_struct(&png, nullptr); };
-  const std::unique_ptr<png_struct, decltype(destroy)> owner(
-      png_create_write_struct(PNG_LIBPNG_VER_STRING, &complaint, on_error, on_warning));
-  png_structp const png = owner.get();
-  if (png == nullptr) throw DiskError("{}: no memory for a PNG encoder", file.string());
-  const auto destroy_info = [png](png_infop info) { png_destroy_info_struct(png, &info); };
-  const std::unique_ptr<png_info, decltype(destroy_info)> info(png_create_info_struct(png), destroy_info);
-  if (!info) throw DiskError("{}: no memory for a PNG encoder", file.string());
-
-  png_set_write_fn(png, &bytes, keep_bytes, nullptr);
-  const bool is_whole = completes(png, [&] {
+  const std::string wrong = writer.error_of([&] {
+    png_set_write_fn(png, &bytes, keep_bytes, nullptr);
     // zlib's fastest level and one filter (each pixel minus its left neighbour) take half the time of a filter that is
     // chosen row by row.
     png_set_compression_level(png, Z_BEST_SPEED);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-    png_set_IHDR(png, info.get(), png_uint_32(pixels.width_px), png_uint_32(pixels.height_px), pixels.bits,
+    png_set_IHDR(png, writer.info(), png_uint_32(pixels.width_px), png_uint_32(pixels.height_px), pixels.bits,
                  pixels.colours, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    png_write_info(png, info.get());
+    png_write_info(png, writer.info());
     // A PNG file's numbers begin with their upper byte.
     if (pixels.bits == 16 && std::endian::native == std::endian::little) png_set_swap(png);
-    const std::size_t row_bytes = png_get_rowbytes(png, info.get());
+    const std::size_t row_bytes = png_get_rowbytes(png, writer.info());
     for (int row = 0; row < pixels.height_px; ++row) {
       png_write_row(png, pixels.bytes + row_bytes * std::size_t(row));
     }
     png_write_end(png, nullptr);
   });
-  if (!is_whole) throw DiskError("{}: {}", file.string(), complaint.data());
+  if (!wrong.empty()) throw DiskError("{}: {}", file.string(), wrong);
   write_whole(file, bytes);
 }
 
@@ -149,6 +161,10 @@ Result<Image> read_image(const std::filesystem::path& file) {
   } catch (const config::FileError& error) {
     return Error(ErrorCode::kBadData, "{}", error.what());
   }
+  return read_image(file, bytes);
+}
+
+Result<Image> read_image(const std::filesystem::path& file, std::string_view bytes) {
   Image rgb;
   const std::string wrong = decode(bytes, rgb);
   if (!wrong.empty()) {

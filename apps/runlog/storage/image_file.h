@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string_view>
 
 #include <opencv2/core/mat.hpp>
 
@@ -17,6 +18,8 @@ namespace twocone::runlog {
 /// values are those in the file, whatever it says about gamma.
 /// Errors: kNotFound; kBadData if it is no PNG file, damaged, truncated, or has more than 16,384 pixels a side.
 Result<Image> read_image(const std::filesystem::path& file);
+/// The same of a file that has been read. @param file its name, for the error
+Result<Image> read_image(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads a PNG file in the form that vision takes, CV_8UC3 r g b. The cv::Mat owns its pixels. Errors: those of
 /// read_image().
