@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 #include <boost/algorithm/string/replace.hpp>
-#include <opencv2/core.hpp>
 
 #include "apps/report/kit/plain_text.h"
 #include "base/errors.h"
