@@ -198,6 +198,7 @@ std::set<std::uint64_t> seeds_in(const fs::path& rows) {
 struct Summary {
   int frames = 0, ok = 0, beyond_5 = 0, beyond_10 = 0, robots = 0, silent = 0;
   double shares = 0, shares2 = 0;
+  double squared_sigmas = 0;  ///< mean
   std::vector<double> errors_m, headings_rad;
 };
 
@@ -219,6 +220,7 @@ Summary summarise(const fs::path& rows) {
     if (fields.size() < 8) continue;
     const double distance2 = std::stod(fields[5]);
     ++s.ok;
+    s.squared_sigmas += (distance2 - s.squared_sigmas) / s.ok;
     s.beyond_5 += distance2 > 25 ? 1 : 0;
     s.beyond_10 += distance2 > 100 ? 1 : 0;
     s.errors_m.push_back(std::stod(fields[3]));
@@ -286,6 +288,7 @@ int run(int argc, char** argv) {
              100.0 * s.ok / std::max(1, s.frames), s.frames);
   fmt::print("95 % ellipses hold {:.1f} +- {:.1f} % over robots; beyond 5 sigma {}, beyond 10 sigma {} of {}\n",
              100 * share, 100 * error, s.beyond_5, s.beyond_10, s.ok);
+  fmt::print("mean squared distance in sigmas {:.2f}; it is 2 where the sigmas are right\n", s.squared_sigmas);
   fmt::print("position error, mean {:.2f} mm; heading error, mean {:.3f} degrees\n", 1000 * mean(s.errors_m),
              mean(s.headings_rad) * 180 / std::numbers::pi);
   return 0;

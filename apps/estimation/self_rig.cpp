@@ -220,6 +220,13 @@ std::string what_to_change(const vision::SelfRig& found) {
   }
   for (const std::size_t i : {0, 1}) {
     const vision::SelfView& view = found.views[i];
+    // Without a rim, colours within the circle that the file believes are no evidence of a mirror.
+    const bool fits_map =
+        view.mirrored.reason != NotFound::kNoLandmarks && view.mirrored.reason != NotFound::kNotTheMap;
+    if (view.mirror.verdict != MirrorVerdict::kFound && !fits_map) {
+      return what_to_change(view.mirror.verdict, kCameraNames[i]) +
+             "; within the circle that the robot file states, no landmarks stand as the map says";
+    }
     if (view.mirrored.reason == NotFound::kNoLandmarks || view.landmarks < 3) {
       return fmt::format(
           "camera {} sees the colours of {} of the map's landmarks, and 3 are needed: is this the map of this room? "

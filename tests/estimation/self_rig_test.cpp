@@ -154,6 +154,11 @@ TEST(SelfRig, EachCauseNamesWhatToChange) {
               }),
               HasSubstr("do not stand as the map says"));
   EXPECT_THAT(said([](vision::SelfRig& found) {
+                found.views[1].mirror.verdict = MirrorVerdict::kNoCircle;
+                found.views[1].mirrored = {{}, 0, NotFound::kNotTheMap};
+              }),
+              HasSubstr("something else than a mirror"));
+  EXPECT_THAT(said([](vision::SelfRig& found) {
                 found.views[1].mirrored = {{}, 0, NotFound::kUndecided};
               }),
               HasSubstr("whether they are mirrored"));
