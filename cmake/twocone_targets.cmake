@@ -67,7 +67,8 @@ function(twocone_library name)
 endfunction()
 
 # twocone_test(NAME SOURCES a_test.cpp ... DEPENDS twocone::hal ... [LABEL slow] [TIMEOUT seconds])
-# A test has only one label: gtest_discover_tests of CMake 3.25 drops the time-out after a second label.
+# A test has only one label: gtest_discover_tests of CMake 3.25 drops the time-out after a second label. With a sanitizer
+# TIMEOUT does not count, since a process runs many tests.
 function(twocone_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)
@@ -82,5 +83,15 @@ function(twocone_test name)
   target_compile_definitions(${name} PRIVATE TWOCONE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   twocone_set_up(${name})
   twocone_precompile(${name} tests)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${ARG_LABEL})
+  if(NOT TWOCONE_SANITIZE)
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${ARG_LABEL})
+    return()
+  endif()
+  # A program with sanitizers needs up to half a second to start. So ctest starts a program 12 times, each time for every
+  # twelfth test, and not once for each test.
+  foreach(shard RANGE 11)
+    add_test(NAME ${name}.shard_${shard} COMMAND ${name})
+    set_tests_properties(${name}.shard_${shard} PROPERTIES ENVIRONMENT "GTEST_TOTAL_SHARDS=12;GTEST_SHARD_INDEX=${shard}"
+      TIMEOUT 1800 LABELS ${ARG_LABEL})
+  endforeach()
 endfunction()
