@@ -36,7 +36,7 @@ std::string without(std::string text, const std::string& part) {
 std::string page_of(const Comparison& comparison, const TemporaryFolder& folder) {
   const Status written = write_page(comparison, folder.path());
   if (!written) ADD_FAILURE() << written.error().message;
-  const std::string page = folder.read("compare.html");
+  std::string page = folder.read("compare.html");
   std::istringstream stream(page);
   boost::property_tree::ptree tree;
   EXPECT_NO_THROW(boost::property_tree::read_xml(stream, tree));
@@ -57,7 +57,7 @@ std::filesystem::path image(const TemporaryFolder& folder, const std::string& na
       pixels.at<cv::Vec3b>(row, column) = cv::Vec3b::all(std::uint8_t(grey + (bright ? 100 : 0)));
     }
   }
-  const std::filesystem::path file = folder.path() / name;
+  std::filesystem::path file = folder.path() / name;
   runlog::write_image(file, estimation::as_image(pixels));
   return file;
 }

@@ -17,7 +17,14 @@ namespace twocone::doctor {
 namespace {
 
 using testing::HasSubstr;
-using namespace testing_support;
+using testing_support::lab_robot;
+using testing_support::seen_from;
+using testing_support::six_landmarks;
+using testing_support::surround;
+using testing_support::SyntheticRig;
+using testing_support::SyntheticScene;
+using testing_support::targets_of;
+using testing_support::TemporaryFolder;
 
 struct Pair {
   cv::Mat lower, upper;

@@ -63,7 +63,7 @@ class ImportRun : public testing::Test {
     return import_run(recording_, out_, [](double) {});
   }
   std::string refusal() {
-    const std::string error = testing_support::error_of<std::exception>([&] { import(); });
+    std::string error = testing_support::error_of<std::exception>([&] { import(); });
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
     EXPECT_FALSE(fs::exists(out_)) << "a partial run";
     return error;
