@@ -78,9 +78,9 @@ Eigen::Vector2d unbiased_residual_px(const BundleData& data, const SightingRow& 
          row.axes * (state.biases[row.groups[0]] + state.biases[row.groups[1]] + state.biases[row.groups[2]]);
 }
 
-/// Sets the scales to the square roots of the reduced chi-squared of sightings and of wheels. The poses are counted
-/// against the sightings, which determine them almost alone; the slips are counted against the wheels.
-void rescale(const BundleData& data, const BundleState& state, std::size_t observed, BundleSettings& settings) {
+/// Computes the square root of the reduced chi-squared of the sightings. The poses are counted against them, because
+/// they determine the poses almost alone; the slips are counted against the wheels.
+double scatter(const BundleData& data, const BundleState& state, std::size_t observed) {
   double sum = 0;
   double count = 0;
   for (const SightingRow& row : data.sightings) {
@@ -89,10 +89,11 @@ void rescale(const BundleData& data, const BundleState& state, std::size_t obser
     count += 2;
   }
   const double freedom = count - 3 * double(state.poses.size()) - double(observed);
-  if (freedom > 0) settings.sighting_scale = std::sqrt(std::max(sum / freedom, 1e-12));
-  if (data.wheels.empty()) return;
-  const double wheel_scale = std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
-  settings.wheel_scale = std::max(1.0, wheel_scale);
+  return freedom > 0 ? std::sqrt(sum / freedom) : 1;
+}
+
+double wheel_scatter(const BundleData& data, const BundleState& state) {
+  return std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
 }
 
 /// Computes the standard deviation of the error that sightings share, from the means of the smallest groups minus the
@@ -191,7 +192,9 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   settings.hold_all = false;
   settings.held = data.model.fixed;
   if (!minimise_robustly(data, settings, state)) return result;
-  result.outliers = mark_outliers(data, state, robust_scale(data, state));
+  // Sightings within what they state are no outliers, however well the others agree.
+  settings.sighting_scale = std::max(1.0, robust_scale(data, state));
+  result.outliers = mark_outliers(data, state, settings.sighting_scale);
   if (double(result.outliers) > kMostOutliers * double(data.sightings.size())) return result;
   if (const auto fewer = without_lost_frames(problem, bundle)) return calibrate(*fewer);
 
@@ -202,12 +205,16 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   const auto settle = [&] {
     for (int round = 0; round < kScaleRounds; ++round) {
       if (!minimise(data, settings, state)) return false;
-      rescale(data, state, free_numbers(), settings);
+      result.sighting_scale = scatter(data, state, free_numbers());
+      settings.sighting_scale = std::max(1.0, result.sighting_scale);
+      if (!data.wheels.empty()) {
+        result.wheel_scale = wheel_scatter(data, state);
+        settings.wheel_scale = std::max(1.0, result.wheel_scale);
+      }
       settings.systematic_px = systematic_px(data, state, problem.systematic_px);
     }
     return true;
   };
-  settings.sighting_scale = robust_scale(data, state);
   if (!settle()) return result;
   settings.held = unobserved(shared_information(data, settings, state), data.model);
   for (const int i : settings.held) state.unknowns[i] = 0;
@@ -227,11 +234,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   }
   if (std::max(result.rms_after_px[0], result.rms_after_px[1]) > kMostScatter_px) return result;
   if (state.unknowns.head<kLatency>().cwiseAbs().maxCoeff() > kMostPriorSigmas) return result;
-  result.sighting_scale = settings.sighting_scale;
   result.systematic_px = settings.systematic_px;
-  if (!data.wheels.empty()) {
-    result.wheel_scale = std::sqrt(wheel_chi_squared(data, state) / (3 * double(data.wheels.size())));
-  }
   take_parameters(data.model, state.unknowns, covariance, settings.held, result);
   if (data.moves_landmarks) take_landmark_shifts(problem.landmarks, state, covariance, seen, result);
   take_belief(data.model, problem.landmarks, state, covariance, result);

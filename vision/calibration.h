@@ -86,8 +86,8 @@ struct CalibrationProblem {
   std::vector<CalibrationFrame> frames;
   std::optional<RimMeasurement> lower_rim, upper_rim;
   CalibrationPriors priors{};
-  /// Also estimates k1 and k2 of both lenses. For a rig without distortion, they are about the believed centre, in
-  /// units of the believed focal length.
+  /// Also estimates k1 and k2 of both lenses. For a rig without distortion, they are about its
+  /// MirrorViewSettings::lens_axis_px, in units of the believed focal length.
   bool fit_distortion = false;
   /// Standard deviation of k1 and k2 where they are not estimated: their errors count in the sigmas of what is
   /// estimated, above all of the rims. 0: they are exact. >= 0.
@@ -174,12 +174,12 @@ struct CalibrationResult {
   std::size_t frames_dropped = 0;  ///< they show fewer than two landmarks, or no pose explains their sightings
   std::size_t outliers = 0;
   /// Square root of the sightings' reduced chi-squared: their scatter over their stated sigma. All sigmas are scaled by
-  /// it.
+  /// it where it is above 1: a part of what a sighting states is an error that its frames share.
   double sighting_scale = 0;
   /// Standard deviation of the error that sightings of one landmark in one view share, as
   /// CalibrationProblem::systematic_px.
   double systematic_px = 0;
-  /// As sighting_scale, for the wheels; sigmas are scaled by it only where it is above 1. 0: no wheels.
+  /// As sighting_scale, for the wheels. 0: no wheels.
   double wheel_scale = 0;
   /// Root mean square of the residuals' coordinates without outliers: lower view, upper view.
   std::array<double, 2> rms_before_px{};
@@ -251,7 +251,8 @@ struct RelativeShift {
 std::vector<RelativeShift> shifts_among(const CalibrationResult& result, const std::vector<Landmark>& landmarks,
                                         double chi_squared_limit);
 
-/// One in 25,000 sightings lies beyond it if they are Gaussian with the sightings' own scale.
+/// In sigmas that sightings state, or in those that they have if these are greater. One in 25,000 Gaussian sightings
+/// lies beyond it.
 constexpr double kOutlierSigmas = 4.5;
 
 }  // namespace twocone::vision

@@ -92,6 +92,9 @@ struct MirrorViewSettings {
   Eigen::Vector2d axis_offset_m = Eigen::Vector2d::Zero();  ///< the lens's x and y in the body frame
   /// `centre_px` and `rim_radius_px` are those of the image without distortion. Coefficients that are all 0 mean none.
   std::optional<LensDistortion> distortion{};
+  /// The middle of the camera's image. A lens that is not known is assumed to bend the image about it: the tip is up to
+  /// 20 px away. Nothing: about the tip.
+  std::optional<Eigen::Vector2d> lens_axis_px{};
 };
 
 /// A half-line in the body frame.

@@ -165,9 +165,9 @@ std::string table(const Report& report) {
       "\nresiduals of the sightings, rms of a pixel coordinate: lower {:.3f} -> {:.3f} px, upper {:.3f} -> {:.3f} px\n",
       r.rms_before_px[0], r.rms_after_px[0], r.rms_before_px[1], r.rms_after_px[1]);
   text += fmt::format(
-      "they scatter {:.2f} times as much as they state; all sigmas are scaled by this factor\n"
+      "they scatter {:.2f} times as much as they state{}\n"
       "an error of {:.3f} px is common to each landmark in a view; more frames do not average it away\n",
-      r.sighting_scale, r.systematic_px);
+      r.sighting_scale, r.sighting_scale > 1 ? "; all sigmas are scaled by this factor" : "", r.systematic_px);
   text += fmt::format("{} rounds of sighting and solving{}\n", report.rounds,
                       report.is_settled ? "" : "; the last one still moved a number by more than 0.3 of its sigma");
   if (r.wheel_scale > 0) {

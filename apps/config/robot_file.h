@@ -79,7 +79,7 @@ struct RigSigma {
   double axis_offset_m = 0;  ///< in x and in y
   double late_s = 0;         ///< of how much later than its stamp either view is exposed
   double readout_s = 0;      ///< of the time from a view's first row to its last
-  double distortion = 0;     ///< of k1 and of k2; of a lens without `distortion`, in units of v about the tip
+  double distortion = 0;  ///< of k1 and of k2; of a lens without `distortion`, in units of v about the image's middle
 
   friend bool operator==(const RigSigma&, const RigSigma&) = default;
 };

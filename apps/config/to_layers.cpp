@@ -128,7 +128,7 @@ sim_povray::SessionSettings session_of(const Robot& robot, const DriveLimits& li
 
 Eigen::Vector2d to_vector(const std::array<double, 2>& pair) { return {pair[0], pair[1]}; }
 
-vision::MirrorView to_view(const RigView& view, double lens_height_m) {
+vision::MirrorView to_view(const RigView& view, double lens_height_m, const CameraSettings& camera) {
   vision::MirrorViewSettings settings{
       .cone = {.apex_rad = view.apex_rad, .rim_radius_m = view.mirror_radius_m, .lens_to_tip_m = view.lens_to_tip_m},
       .lens_height_m = lens_height_m,
@@ -137,7 +137,8 @@ vision::MirrorView to_view(const RigView& view, double lens_height_m) {
       .azimuth_rad = view.azimuth_rad,
       .mirrored = view.mirrored,
       .tilt_rad = to_vector(view.tilt_rad),
-      .axis_offset_m = to_vector(view.axis_offset_m)};
+      .axis_offset_m = to_vector(view.axis_offset_m),
+      .lens_axis_px = Eigen::Vector2d((camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0)};
   vision::MirrorView without_lens(settings);
   if (view.distortion.empty()) return without_lens;
   const double focal_px = without_lens.focal_length_px();
@@ -285,10 +286,10 @@ vision::Rig to_assumed_rig(const Robot& robot) {
   const double upper_lens_m = lower_tip_m + rig.mirror_separation_m - rig.upper.lens_to_tip_m;
   std::string_view mirror = "rig, lower mirror";
   try {
-    vision::MirrorView lower = to_view(rig.lower, rig.lens_height_m);
+    vision::MirrorView lower = to_view(rig.lower, rig.lens_height_m, robot.lower.settings);
     mirror = "rig, upper mirror";
     return {std::move(lower),
-            to_view(rig.upper, upper_lens_m),
+            to_view(rig.upper, upper_lens_m, robot.upper.settings),
             {vision::ExposureTimes{rig.lower.late_s, rig.lower.readout_s},
              vision::ExposureTimes{rig.upper.late_s, rig.upper.readout_s}}};
   } catch (const std::invalid_argument& error) {

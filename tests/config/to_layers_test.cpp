@@ -373,6 +373,16 @@ TEST(ToRig, ALensIsAboutTheMirrorsImageUnlessTheFileSaysOtherwise) {
   EXPECT_EQ(other.lower.settings().distortion->principal_px, Eigen::Vector2d(322.75, 243.125));
 }
 
+TEST(ToRig, ALensThatTheFileDoesNotHaveIsAboutTheMiddleOfTheImage) {
+  Robot robot = good_robot();
+  robot.lower.settings.width_px = 801;
+  robot.lower.settings.height_px = 600;
+  const vision::Rig rig = to_rig(robot);
+  EXPECT_EQ(rig.lower.settings().lens_axis_px, Eigen::Vector2d(400, 299.5));
+  EXPECT_EQ(rig.upper.settings().lens_axis_px,
+            Eigen::Vector2d((robot.upper.settings.width_px - 1) / 2.0, (robot.upper.settings.height_px - 1) / 2.0));
+}
+
 TEST(ToRig, TheTipsAreTheSeparationApartWhateverTheLenses) {
   // The result has four sums and differences of numbers below 1, each rounded by at most half an epsilon.
   constexpr double kRounding_m = 4 * std::numeric_limits<double>::epsilon();

@@ -297,8 +297,9 @@ TEST(Calibration, SurvivesOutliers) {
   EXPECT_LT(result.rms_after_px[0], 1.05 * world.noise_px);
 }
 
-/// A sigma that is stated as half or three times the true one comes out as the true one.
-TEST(Calibration, ScalesStatedSigmasByTheResiduals) {
+/// A sigma that is stated as half the true one comes out as the true one. One that is stated as three times the true
+/// one stays: a part of it may be an error that the sightings share, which their scatter does not show.
+TEST(Calibration, ScalesStatedSigmasUpByTheResidualsButNotDown) {
   const DriveSettings world = planted_world();
   const auto sigma_with = [&world](double factor, double& scale) {
     CalibrationProblem problem = problem_of(world);
@@ -313,8 +314,8 @@ TEST(Calibration, ScalesStatedSigmasByTheResiduals) {
   const double fair = sigma_with(1, scale);
   EXPECT_NEAR(sigma_with(0.5, scale), fair, 0.01 * fair);
   EXPECT_NEAR(scale, 2, 0.15);
-  EXPECT_NEAR(sigma_with(3, scale), fair, 0.01 * fair);
-  EXPECT_NEAR(scale, 1.0 / 3, 0.03);
+  EXPECT_GT(sigma_with(3, scale), 2 * fair);
+  EXPECT_NEAR(scale, 1.0 / 3, 0.05);
 }
 
 TEST(Calibration, RefusesProblemsThatDetermineNothing) {
@@ -353,6 +354,24 @@ TEST(Calibration, FindsLensDistortionWhenAsked) {
   EXPECT_TRUE(k1.observed);
   EXPECT_NEAR(k1.after, -0.12, kCalibrationSigmas * k1.sigma);
   EXPECT_EQ(result.rig->lower.settings().distortion->coefficients.size(), 4U);
+  EXPECT_LT(result.rms_after_px[0], 1.05 * world.noise_px);
+}
+
+/// The tip is up to 20 px from the middle of the image, about which a lens bends it.
+TEST(Calibration, ALensThatIsNotKnownIsAboutItsAxisAndNotAboutTheTip) {
+  DriveSettings world;
+  MirrorViewSettings lower = lab_view(0.25);
+  lower.centre_px += Eigen::Vector2d(-18, 12);
+  lower.lens_axis_px = Eigen::Vector2d(319.5, 239.5);
+  MirrorViewSettings with_lens = lower;
+  with_lens.distortion = LensDistortion{{-0.12, 0.03, 0, 0}, {708, 708}, *lower.lens_axis_px};
+  world.rig.lower = MirrorView(with_lens);
+  CalibrationProblem problem = problem_of(world);
+  problem.fit_distortion = true;
+  problem.rig.lower = MirrorView(lower);
+  const CalibrationResult result = calibrate(problem);
+  ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
+  EXPECT_EQ(result.rig->lower.settings().distortion->principal_px, *lower.lens_axis_px);
   EXPECT_LT(result.rms_after_px[0], 1.05 * world.noise_px);
 }
 

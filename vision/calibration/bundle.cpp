@@ -37,7 +37,7 @@ void take_view(SharedModel& model, const MirrorView& view, Side side, const Cali
   const double distortion_sigma = problem.fit_distortion ? priors.distortion : problem.distortion_sigma;
   constants.has_lens = distortion_sigma > 0 || view.has_distortion();
   constants.focal_px.setConstant(view.focal_length_px());
-  constants.principal_px = s.centre_px;
+  constants.principal_px = s.lens_axis_px.value_or(s.centre_px);
   std::array<double, 8> k{};
   if (s.distortion) {
     constants.focal_px = s.distortion->focal_px;
