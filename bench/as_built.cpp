@@ -67,6 +67,7 @@ class World {
   SyntheticRig::Pair take(const localisation::Pose& pose) {
     SyntheticScene scene;
     scene.landmarks = testing_support::seen_from(landmarks_, {pose.x_m, pose.y_m}, pose.heading_rad);
+    scene.shading.light_bearing_rad = -pose.heading_rad;  // the lamp stands in the room
     return rig_.take(scene, SyntheticCamera{.noise_grey_levels = kNoise}, random_);
   }
   std::mt19937_64& random() { return random_; }

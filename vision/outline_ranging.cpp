@@ -47,7 +47,7 @@ struct Seen {
   std::array<std::optional<Sighting>, 2> found;
   bool has_rivals = false;
   bool is_too_wide = false;              ///< Rivals::kBeside in one view
-  std::array<double, 2> width_doubts{};  ///< as for ViewFitter::judge()
+  std::array<double, 2> width_doubts{};  ///< Cylinder::width_doubt of either view
   std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
   std::optional<Cylinder> expected;
 };
@@ -219,6 +219,12 @@ struct FrameObservation::Impl {
     }
   }
 
+  void set_doubts(std::size_t k, std::size_t view, const Candidate& candidate, Cylinder& cylinder) const {
+    if (ranging.is_exact(k)) return;
+    cylinder.width_doubt = all[k].width_doubts[view];
+    cylinder.lean_doubt_rad = std::sqrt(ranging.belief.lean_variance_rad2(Side(view), candidate.top_px));
+  }
+
   void take_to_coarse(std::size_t k, std::size_t view, Stage stage) {
     Seen& seen = all.at(k);
     if (seen.stages[view] != Stage::kFound) return;
@@ -230,12 +236,15 @@ struct FrameObservation::Impl {
     const OutlineTask task{k, images[view], look, edge_samples};
     if (seen.expected) {
       const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
-      const Cylinder expected = ranging.when_exposed(view, *seen.expected, motion);
+      Cylinder expected = ranging.when_exposed(view, *seen.expected, motion);
+      set_doubts(k, view, *look.candidate, expected);
       const bool is_there = common ? fitter.fit_expected(task, expected, *common) : fitter.fit_near(task, expected);
       if (is_there) return;
     }
-    const auto start = fitter.place(*look.candidate, target.radius_m, target.top_m);
-    if (start) fitter.fit_coarse(task, *start);
+    auto start = fitter.place(*look.candidate, target.radius_m, target.top_m);
+    if (!start) return;
+    set_doubts(k, view, *look.candidate, *start);
+    fitter.fit_coarse(task, *start);
   }
 
   void take_to_fine(std::size_t view, std::span<const std::size_t> landmarks) {
@@ -401,11 +410,7 @@ int FrameObservation::refined() const {
 }
 
 std::vector<RangeMeasurement> FrameObservation::measurements() const {
-  const auto judged_in = [&](std::size_t view) {
-    std::vector<double> doubts;
-    for (const Seen& seen : impl_->all) doubts.push_back(seen.width_doubts[view]);
-    return ViewFitter::judge(impl_->looks(view), doubts);
-  };
+  const auto judged_in = [&](std::size_t view) { return ViewFitter::judge(impl_->looks(view)); };
   const std::array<std::vector<OutlineVerdict>, 2> judged{judged_in(0), judged_in(1)};
   std::vector<RangeMeasurement> measurements;
   for (std::size_t k = 0; k < impl_->all.size(); ++k) {

@@ -75,7 +75,8 @@ class FrameObservation {
 ///    light, between the landmark's colour just inside and the background's colour just outside. A pixel has more
 ///    weight the darker it is, and less where its colour is not a mixture of the two. The fit is weighted least squares
 ///    over range, bearing and the edges' width, in rounds; the last round uses the width and the noise that all
-///    landmarks of the image share.
+///    landmarks of the image share. If the rig is uncertain, so are the landmark's width in the image and the
+///    direction of its sides. Then they are unknowns, too: sides that contradict the believed rig do not move the top.
 /// 3. The covariance is that of the fit, scaled by the observed scatter of the edge samples along the outlines. It is
 ///    widened where the two sides are farther apart, or nearer, than those of the cylinder.
 /// 4. While the body moves, pixels are moved to where the frame's time would have shown them (pixel_at_frame).

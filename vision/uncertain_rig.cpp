@@ -56,7 +56,9 @@ MirrorView with_errors(const MirrorView& view, Side side, const Eigen::VectorXd&
   if (error(kK1) != 0 || error(kK2) != 0) {
     if (!s.distortion || s.distortion->coefficients.empty()) {
       const double focal_px = view.focal_length_px();
-      s.distortion = {.coefficients = {0, 0, 0, 0}, .focal_px = {focal_px, focal_px}, .principal_px = s.centre_px};
+      s.distortion = {.coefficients = {0, 0, 0, 0},
+                      .focal_px = {focal_px, focal_px},
+                      .principal_px = s.lens_axis_px.value_or(s.centre_px)};
     }
     s.distortion->coefficients[0] += error(kK1);
     s.distortion->coefficients[1] += error(kK2);
@@ -123,6 +125,11 @@ UncertainRig::UncertainRig(Rig rig, BySharedErrors<kRigNumbers> by_shared)
 double UncertainRig::edge_variance_px2(Side side) const {
   const auto variance = [&](ViewNumber number) { return by_shared_.row(rig_number(side, number)).squaredNorm(); };
   return variance(kRim) + (variance(kColumn) + variance(kRow)) / 2;
+}
+
+double UncertainRig::lean_variance_rad2(Side side, double radius_px) const {
+  const auto variance = [&](ViewNumber number) { return by_shared_.row(rig_number(side, number)).squaredNorm(); };
+  return (variance(kTiltX) + variance(kTiltY)) / 2 + (variance(kColumn) + variance(kRow)) / 2 / (radius_px * radius_px);
 }
 
 BySharedErrors<2> UncertainRig::pixel_by_shared(Side side, const Eigen::Vector2d& p_BL_m, double radius_m,

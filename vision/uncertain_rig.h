@@ -28,7 +28,7 @@ enum ViewNumber : int {
   kApex,
   kMirrorRadius,
   kLensToTip,
-  kK1,  ///< of the lens; where a view has none, about the tip and in units of v
+  kK1,  ///< of the lens; where a view has none, about lens_axis_px and in units of v
   kK2,
   kViewNumbers
 };
@@ -78,6 +78,9 @@ class UncertainRig {
 
   /// Returns the variance of the mirror's edge in the undistorted image, seen from its centre, px^2.
   [[nodiscard]] double edge_variance_px2(Side side) const;
+  /// Returns the variance, rad^2, of the angle by which the image of an upright line leans, whose top is `radius_px`
+  /// from the tip: a tilt of the unit leans it by up to as much, and a shift of the tip by its share of the radius.
+  [[nodiscard]] double lean_variance_rad2(Side side, double radius_px) const;
   /// Returns the effect of the shared errors on the pixel of a landmark's near point (near_top_point), true minus
   /// believed, by central differences. Zero columns where the rig is exact; zeros where a view cannot show the point.
   /// @param p_BL_m position of the landmark's axis, body frame

@@ -18,14 +18,14 @@
 namespace twocone::calibrate {
 namespace {
 
-// A sighting depends slightly on the rig with which it is measured. Of a rig error of half a degree, some 6 % remain
-// after two rounds, and each further round leaves about 40 % of the remainder. The rounds end when no number moves by
-// more than kSettled of its sigma, at the latest after kMostRounds.
+// A sighting depends slightly on the rig with which it is measured: a fifth of an error of the rig, or less, remains
+// after a round. The rounds end when no number moves by more than kSettled of its sigma, at the latest after
+// kMostRounds.
 constexpr int kMostRounds = 14;
 constexpr int kFullRounds = 4;  ///< at the least, of those with all frames
 constexpr double kSettled = 0.3;
 // The first rounds use a third of the frames, if these are enough, until no number moves by more than kRoughlySettled
-// of its sigma there. A rig that is far off needs some eight rounds, most of which need no more than that.
+// of its sigma there.
 constexpr int kRoughShare = 3;
 constexpr int kFewestRoughFrames = 20;
 constexpr double kRoughlySettled = 1;

@@ -73,6 +73,16 @@ Uniform uniform_on(const Polygon& polygon) {
   return {mean, second / area - mean * mean.transpose()};
 }
 
+/// A vertex that moves by one pixel for each unit of range and of bearing.
+const Outline::Vertex kUnitVertex{.pixel_px = {0, 0},
+                                  .by_range_pxpm = {1, 0},
+                                  .by_bearing_pxprad = {0, 1},
+                                  .by_width_px = {0, 0},
+                                  .by_lean_px = {0, 0},
+                                  .bulge_px = {0, 0},
+                                  .chord_px = 1,
+                                  .width_px = 1};
+
 TEST(OneRay, WithoutErrorsThePosteriorIsUniformOnThePolygonThatAgreesWithEveryPixel) {
   // 60 pixels along outlines of all directions: polygons some 20 times as large as the least tolerance, which blurs
   // them a little. The grid has 12 places across 6.4 sigmas, so a polygon's border is known to a quarter of a sigma;
@@ -104,7 +114,7 @@ TEST(OneRay, WithoutErrorsThePosteriorIsUniformOnThePolygonThatAgreesWithEveryPi
       polygon = clipped(polygon, is_inside ? offset : -offset, is_inside ? moves : Eigen::Vector2d(-moves));
     }
     OutlineFit fit;
-    for (auto& vertex : fit.outline.vertices) vertex = {{0, 0}, {1, 0}, {0, 1}, {0, 0}, 1, 1};
+    for (auto& vertex : fit.outline.vertices) vertex = kUnitVertex;
     fit.step.setZero();
     fit.information = Eigen::Matrix2d::Identity() / (0.1 * 0.1);
     const auto fits = fit_one_ray(read, fit);
@@ -143,7 +153,7 @@ TEST(OneRay, PixelsThatContradictEachOtherNeedALargeTolerance) {
     read.pixels.push_back({static_cast<float>(offset), is_inside ? 1.F : 0.F, 1, is_inside});
   }
   OutlineFit fit;
-  for (auto& vertex : fit.outline.vertices) vertex = {{0, 0}, {1, 0}, {0, 1}, {0, 0}, 1, 1};
+  for (auto& vertex : fit.outline.vertices) vertex = kUnitVertex;
   fit.step.setZero();
   fit.information = Eigen::Matrix2d::Identity() / (0.1 * 0.1);
   const auto fits = fit_one_ray(read, fit);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/synthetic_lab.h"
+#include "tests/vision/robot_as_built.h"
 
 namespace twocone::vision {
 namespace {
@@ -211,6 +212,79 @@ TEST(OutlineRanging, AMirroredTurnedTiltedRigIsNoDifferent) {
   for (std::size_t k = 0; k < measured.size(); ++k) {
     expect_near(measured[k], scene.landmarks[k], 2 * kQuiet_px, "landmark " + std::to_string(k + 1));
   }
+}
+
+/// Two mirrors that are tilted as far as a careless builder leaves them, behind a lens whose axis is beside the tip.
+Rig leaning_rig() {
+  Rig rig = lab_rig();
+  for (MirrorView* view : {&rig.lower, &rig.upper}) {
+    MirrorViewSettings s = view->settings();
+    s.tilt_rad = view == &rig.lower ? Eigen::Vector2d(-0.023, -0.028) : Eigen::Vector2d(0.034, -0.033);
+    s.centre_px = {318.4, 227.8};
+    s.distortion = {.coefficients = {-0.05, 0.03, 0, 0}, .focal_px = {600, 600}, .principal_px = {319.5, 239.5}};
+    *view = MirrorView(s);
+  }
+  return rig;
+}
+
+/// Returns the greatest distance from `sighted` near points to those of the truth, of tops beyond 60 px from the tip:
+/// nearer, a top's curvature within a pixel is an error of its own. @param rig the true one
+double farthest_px(const std::vector<RangeMeasurement>& sighted, const Rig& rig, const SyntheticScene& scene) {
+  double most_px = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < sighted.size(); ++k) {
+    const SyntheticLandmark& l = scene.landmarks[k];
+    for (const auto& [view, sighting] :
+         {std::pair{&rig.lower, &sighted[k].lower_sighting}, std::pair{&rig.upper, &sighted[k].upper_sighting}}) {
+      const auto near_m = near_top_point(*view, l.centre_m, l.radius_m, l.top_m);
+      const auto near_px = near_m ? view->project(*near_m) : std::nullopt;
+      if (!near_px || !*sighting || (*near_px - view->settings().centre_px).norm() < 60) continue;
+      most_px = std::max(most_px, ((*sighting)->pixel_px - *near_px).norm());
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 6);
+  return most_px;
+}
+
+/// The sides of a landmark are straight in space. Behind a tilted mirror or a lens they are curves.
+TEST(OutlineRanging, SidesThatAMirrorOrALensBendsDoNotMoveTheTop) {
+  const SyntheticRig rig(leaning_rig());
+  for (const auto& [x, y, heading] : {std::tuple{0.13, -0.21, 0.37}, {-0.61, 0.47, 2.11}, {0.83, 0.29, -1.73}}) {
+    SyntheticScene scene{seen_from(six_landmarks(), {x, y}, heading), {}, {}};
+    scene.shading.diffuse = 0;
+    EXPECT_LT(farthest_px(look(rig, scene, targets_of(six_landmarks())), rig.rig, scene), 0.012);
+  }
+}
+
+/// The same rig, of which the robot believes something else, but states how far it may be off.
+TEST(OutlineRanging, ABelievedRigThatIsWrongHardlyMovesTheTop) {
+  const SyntheticRig rig(leaning_rig());
+  BeliefSigmas sigmas;
+  sigmas.set({kTiltX, kTiltY}, 0.01);
+  sigmas.set({kColumn, kRow}, 10);
+  sigmas.set({kApex}, 0.004);
+  sigmas.set({kLensToTip}, 0.002);
+  Eigen::VectorXd wrong = Eigen::VectorXd::Zero(kRigNumbers);
+  for (const Side side : {Side::kLower, Side::kUpper}) {
+    wrong[rig_number(side, kTiltX)] = 0.004;
+    wrong[rig_number(side, kTiltY)] = -0.003;
+    wrong[rig_number(side, kColumn)] = 0.4;
+    wrong[rig_number(side, kRow)] = -0.3;
+    wrong[rig_number(side, kLensToTip)] = 0.002;
+  }
+  SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  scene.shading.diffuse = 0;
+  const auto targets = targets_of(six_landmarks());
+  std::mt19937_64 random(1);
+  const auto pair = rig.take(scene, {}, random);
+  const auto off_px = [&](const BeliefErrors& errors) {
+    const OutlineRanging ranging(with_errors(rig.rig, wrong), targets, kImage, kImage, {}, errors);
+    return farthest_px(ranging.measure(pair.lower, pair.upper), rig.rig, scene);
+  };
+  const double as_exact_px = off_px({});
+  EXPECT_GT(as_exact_px, 0.1);
+  EXPECT_LT(off_px(errors_of(sigmas, targets.size())), as_exact_px / 4);
 }
 
 TEST(OutlineRanging, TooNearForTheLowerMirrorLeavesTheUpperOneAndThenNone) {

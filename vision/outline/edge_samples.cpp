@@ -330,6 +330,8 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
         static_cast<float>(normal.dot(a.by_range_pxpm + u * (b.by_range_pxpm - a.by_range_pxpm)));
     c.edge_sample.by_bearing_pxprad =
         static_cast<float>(normal.dot(a.by_bearing_pxprad + u * (b.by_bearing_pxprad - a.by_bearing_pxprad)));
+    c.edge_sample.by_width_px = static_cast<float>(normal.dot(a.by_width_px + u * (b.by_width_px - a.by_width_px)));
+    c.edge_sample.by_lean_px = static_cast<float>(normal.dot(a.by_lean_px + u * (b.by_lean_px - a.by_lean_px)));
     c.edge_sample.width_px = static_cast<float>(a.width_px + u * (b.width_px - a.width_px));
     const double chord_px = a.chord_px + u * (b.chord_px - a.chord_px);
     c.depth_px = chord_px / std::max(std::abs(normal.dot(across)), 1e-3);

@@ -11,6 +11,7 @@ constexpr double kHuge_px = 1e6;  // wider than any image
 // Steps of forward differences: small against the lengths over which a projection curves, large against its rounding.
 constexpr double kRangeStep = 1e-5;  // share of the range
 constexpr double kBearingStep_rad = 1e-5;
+constexpr double kWidthStep = 1e-4;  // share of the radius
 
 using Pixels = std::array<Eigen::Vector2d, Outline::kVertices>;
 
@@ -68,6 +69,16 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
   moved.bearing_rad += kBearingStep_rad;
   if (!chain(view, moved, *bottom_m, turned)) return std::nullopt;
 
+  Pixels wider = here;
+  if (cylinder.width_doubt > 0) {
+    const Eigen::Vector2d place_m(cylinder.range_m * std::cos(cylinder.bearing_rad),
+                                  cylinder.range_m * std::sin(cylinder.bearing_rad));
+    const double step_m = kWidthStep * cylinder.radius_m;
+    const Eigen::Vector2d behind_m = place_m + step_m * (place_m - view.settings().axis_offset_m).normalized();
+    moved = {behind_m.norm(), std::atan2(behind_m.y(), behind_m.x()), cylinder.radius_m + step_m, cylinder.top_m};
+    if (!chain(view, moved, *bottom_m, wider)) return std::nullopt;
+  }
+
   Outline outline;
   for (int i = 0; i < Outline::kVertices; ++i) {
     const auto k = std::size_t(i);
@@ -75,17 +86,22 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
     v.pixel_px = here[k];
     v.by_range_pxpm = (farther[k] - here[k]) / range_step_m;
     v.by_bearing_pxprad = (turned[k] - here[k]) / kBearingStep_rad;
+    v.by_width_px = (wider[k] - here[k]) / kWidthStep;
+    const Eigen::Vector2d from_near = here[k] - here[Outline::kSideSegments + Outline::kArcSegments / 2];
+    v.by_lean_px = {-from_near.y(), from_near.x()};
     const int opposite = Outline::kVertices - 1 - i;
     const bool is_side = std::min(i, opposite) <= Outline::kSideSegments;
     v.chord_px = (here[k] - here[std::size_t(opposite)]).norm();
     v.width_px = is_side ? v.chord_px : kHuge_px;
-    const bool bulges = i >= Outline::kSideSegments && opposite > Outline::kSideSegments;
     // The bulge is the cubic interpolation through four vertices at equal steps minus the chord, at the middle. The
-    // arc's first and last segments repeat their neighbour's curvature.
-    const auto first =
-        std::size_t(std::clamp(i - 1, Outline::kSideSegments, Outline::kVertices - Outline::kSideSegments - 4));
-    v.bulge_px = bulges ? Eigen::Vector2d((here[first + 1] + here[first + 2] - here[first] - here[first + 3]) / 16)
-                        : Eigen::Vector2d::Zero();
+    // first and the last segment of a part repeat their neighbour's curvature.
+    const int arc_end = Outline::kSideSegments + Outline::kArcSegments;
+    const int begin = i < Outline::kSideSegments ? 0 : i < arc_end ? Outline::kSideSegments : arc_end;
+    const int end = i < Outline::kSideSegments ? Outline::kSideSegments
+                    : i < arc_end              ? arc_end
+                                               : Outline::kVertices - 1;
+    const auto first = std::size_t(std::clamp(i - 1, begin, end - 3));
+    v.bulge_px = (here[first + 1] + here[first + 2] - here[first] - here[first + 3]) / 16;
   }
   return outline;
 }

@@ -10,6 +10,8 @@
 namespace twocone::vision {
 namespace {
 
+using Unknowns = Eigen::Matrix<double, 5, 1>;
+
 // These four values are tuned by hand on synthetic images; no test fixes them.
 constexpr double kLeastEdgeSamples = 8;
 constexpr int kFitIterations = 12;
@@ -29,18 +31,25 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   if (usable[0] + usable[1] + usable[2] < kLeastEdgeSamples) return std::nullopt;
   const auto share = [&](EdgeSample::Part part) { return all[part] > 0 ? double(usable[part]) / all[part] : 0.0; };
 
-  // The unknowns are range and bearing, both in pixels at the near point, and the blur.
+  // The unknowns are range and bearing, both in pixels at the near point, the blur, and, where they are in doubt, the
+  // width's relative error and the lean. Without these, sides that contradict the believed rig would move the top.
+  const Eigen::Vector2d doubts(cylinder.width_doubt, cylinder.lean_doubt_rad);
+  const bool has_doubt = !doubts.isZero(0);
+  // Without a doubt, an unknown stays 0.
+  constexpr double kCertain = 1e12;
+  const Eigen::Vector2d prior = (doubts.array() > 0).select(doubts.array().square().inverse(), kCertain);
   const double range_px = outline.near().by_range_pxpm.norm();
   const double bearing_px = outline.near().by_bearing_pxprad.norm();
-  Eigen::Vector3d unknown(0, 0, limits.least_blur_px);
+  Unknowns unknown;
+  unknown << 0, 0, limits.least_blur_px, 0, 0;
   OutlineFit fit;
-  Eigen::Matrix3d normal;
+  Eigen::Matrix<double, 5, 5> normal;
 
   struct Model {
     double value, by_out, by_opposite, by_blur;
   };
   const auto model = [&](const EdgeSample& s, const EdgePixel& p, double out_px, double opposite_px) -> Model {
-    const double width = unknown.z();
+    const double width = unknown[2];
     const double inside = p.inside_px + out_px;
     const Coverage c = coverage(inside, s.wide * width, s.narrow * width);
     Model m{c.value, c.slope, 0, -c.slope * inside / width};
@@ -66,15 +75,20 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   for (int iteration = 0; iteration < kFitIterations; ++iteration) {
     // The lower half of the normal equations, and their right side.
     double n00 = 0, n10 = 0, n11 = 0, n20 = 0, n21 = 0, n22 = 0, r0 = 0, r1 = 0, r2 = 0;
+    Eigen::Matrix<double, 2, 3> doubts_by_others = Eigen::Matrix<double, 2, 3>::Zero();
+    Eigen::Matrix2d doubts_normal = prior.asDiagonal();
+    Eigen::Vector2d doubts_right = -(prior.array() * unknown.tail<2>().array());
     for (const EdgeSample& s : read.edge_samples) {
       if (!s.is_usable) continue;
       const double range_part = s.by_range_pxpm / range_px;
       const double bearing_part = s.by_bearing_pxprad / bearing_px;
-      const double out_px = range_part * unknown.x() + bearing_part * unknown.y();
-      const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y();
+      const double wider_px = s.by_width_px * unknown[3];
+      const double leaning_px = s.by_lean_px * unknown[4];
+      const double out_px = range_part * unknown.x() + bearing_part * unknown.y() + wider_px + leaning_px;
+      const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y() + wider_px - leaning_px;
       for (int i = s.first; i < s.first + s.count; ++i) {
         const EdgePixel& p = read.pixels[std::size_t(i)];
-        if (s.width_px >= 8 * unknown.z() && std::abs(p.inside_px + out_px) >= (s.wide + s.narrow) / 2 * unknown.z())
+        if (s.width_px >= 8 * unknown[2] && std::abs(p.inside_px + out_px) >= (s.wide + s.narrow) / 2 * unknown[2])
           continue;
         const Model m = model(s, p, out_px, opposite_px);
         const double variance = variance_of(s, p, m.value);
@@ -93,20 +107,31 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
         r0 += weight * residual * by_range;
         r1 += weight * residual * by_bearing;
         r2 += weight * residual * m.by_blur;
+        if (!has_doubt) continue;
+        // A lean moves the opposite side inwards.
+        const Eigen::Vector2d by_doubts(s.by_width_px * (m.by_out + m.by_opposite),
+                                        s.by_lean_px * (m.by_out - m.by_opposite));
+        doubts_by_others += weight * by_doubts * Eigen::RowVector3d(by_range, by_bearing, m.by_blur);
+        doubts_normal += weight * by_doubts * by_doubts.transpose();
+        doubts_right += weight * residual * by_doubts;
       }
     }
-    normal << n00, n10, n20, n10, n11, n21, n20, n21, n22;
-    const Eigen::Vector3d right(r0, r1, r2);
+    normal.topLeftCorner<3, 3>() << n00, n10, n20, n10, n11, n21, n20, n21, n22;
+    normal.bottomLeftCorner<2, 3>() = doubts_by_others;
+    normal.topRightCorner<3, 2>() = doubts_by_others.transpose();
+    normal.bottomRightCorner<2, 2>() = doubts_normal;
+    Unknowns right;
+    right << r0, r1, r2, doubts_right;
     // Only the data determine the blur. This term, of a standard deviation of 0.5 px, limits its steps: otherwise it
     // would diverge where few pixels lie on the edge. Tuned by hand on synthetic images; no test fixes it.
     constexpr double kBlurInformation = 1 / (0.5 * 0.5);
     normal(2, 2) += kBlurInformation;
-    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    const Unknowns step = normal.ldlt().solve(right);
     if (!step.allFinite()) return std::nullopt;
     const double length = step.head<2>().norm();
     const double share_of_step = length > kMostStep_px / 2 ? kMostStep_px / 2 / length : 1;
     unknown += share_of_step * step;
-    unknown.z() = std::clamp(unknown.z(), limits.least_blur_px, limits.most_blur_px);
+    unknown[2] = std::clamp(unknown[2], limits.least_blur_px, limits.most_blur_px);
     if (unknown.head<2>().norm() > 4 * kMostStep_px) return std::nullopt;
     if (length < limits.converged_px) break;
   }
@@ -114,6 +139,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   // Scores of the edge samples at the answer.
   std::array<double, 3> side_score{};
   std::array<double, 3> side_information{};
+  std::array<double, 3> side_widening{};  // sum of by_width_px times the information
   double previous = 0;
   double before = 0;
   int arc_samples = 0;
@@ -124,8 +150,10 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
     }
     const double range_part = s.by_range_pxpm / range_px;
     const double bearing_part = s.by_bearing_pxprad / bearing_px;
-    const double out_px = range_part * unknown.x() + bearing_part * unknown.y();
-    const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y();
+    const double wider_px = s.by_width_px * unknown[3];
+    const double leaning_px = s.by_lean_px * unknown[4];
+    const double out_px = range_part * unknown.x() + bearing_part * unknown.y() + wider_px + leaning_px;
+    const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y() + wider_px - leaning_px;
     double score = 0;
     double information = 0;
     for (int i = s.first; i < s.first + s.count; ++i) {
@@ -154,13 +182,15 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
     fit.length_px += 1 / s.wide;
     side_score[s.part] += score;
     side_information[s.part] += information;
+    side_widening[s.part] += information * s.by_width_px;
   }
   if (!(fit.arc_scores.expected + fit.side_scores.expected > 0)) return std::nullopt;
   // The fit makes the sum of the arc's scores zero, which reduces the sum of their products. This corrects for it.
   fit.arc_scores.found /= std::max(0.2, 1 - 3.0 / std::max(arc_samples, 1));
-  // Eliminate the blur: it moves no edge, but for a thin landmark it is correlated with the width.
-  const Eigen::Matrix2d pixels =
-      normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 1>() * normal.bottomLeftCorner<1, 2>() / normal(2, 2);
+  // Eliminate the blur, which moves no edge, but for a thin landmark it is correlated with the width, and the width.
+  const Eigen::Matrix2d pixels = normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 3>() *
+                                                                    normal.bottomRightCorner<3, 3>().inverse() *
+                                                                    normal.bottomLeftCorner<3, 2>();
   const Eigen::Vector2d scale(range_px, bearing_px);
   fit.information = scale.asDiagonal() * pixels * scale.asDiagonal();
   fit.cylinder = cylinder;
@@ -169,13 +199,14 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   fit.cylinder.bearing_rad += fit.step.y();
   fit.edges.code_variance = read.code_variance;
   fit.outline = outline;
-  fit.edges.blur = unknown.z();
+  fit.edges.blur = unknown[2];
   fit.left_support = share(EdgeSample::kLeft);
   fit.arc_support = share(EdgeSample::kArc);
   fit.right_support = share(EdgeSample::kRight);
   if (side_information[EdgeSample::kLeft] > 0 && side_information[EdgeSample::kRight] > 0) {
-    fit.narrowness_px = -side_score[EdgeSample::kLeft] / side_information[EdgeSample::kLeft] -
-                        side_score[EdgeSample::kRight] / side_information[EdgeSample::kRight];
+    for (const EdgeSample::Part side : {EdgeSample::kLeft, EdgeSample::kRight}) {
+      fit.narrowness_px -= (side_score[side] + unknown[3] * side_widening[side]) / side_information[side];
+    }
     fit.sigma_narrowness_px =
         std::sqrt(1 / side_information[EdgeSample::kLeft] + 1 / side_information[EdgeSample::kRight]);
   }

@@ -22,14 +22,20 @@ struct Cylinder {
   double bearing_rad = 0;
   double radius_m = 0;
   double top_m = 0;  ///< over the floor
+  /// Relative standard deviation of the width that it appears to have in a view, because of what is not known exactly
+  /// of rig and map. 0: it has that width.
+  double width_doubt = 0;
+  /// Standard deviation of the angle by which its image leans, rad, for the same cause.
+  double lean_doubt_rad = 0;
 };
 
 /// The edge of a cylinder in a view's image: up one side, over the near rim of the top, down the other side. It is a
 /// chain of vertices, each with its derivatives by the cylinder's range and bearing.
 ///
 /// The sides are where planes through the view's axis touch the cylinder; they meet the rim's arc without a corner.
-/// Between vertices the chain bulges outwards as a parabola (`bulge_px` at its middle), computed from the neighbouring
-/// vertices: otherwise the chord of a rim near the robot would lie a tenth of a pixel inside.
+/// Between vertices the chain is a parabola (`bulge_px` at its middle), computed from the neighbouring vertices: the
+/// chord of a rim near the robot would lie a tenth of a pixel inside, and that of a side, which a tilted mirror or a
+/// lens bends, as much beside it.
 struct Outline {
   // Tuned by hand on synthetic images. outline_ranging_test.cpp,
   // WithoutNoiseFindsEveryLandmarkToAFewHundredthsOfAPixel, allows 0.03 px, of which the segments cause 0.01 px; it
@@ -42,9 +48,12 @@ struct Outline {
     Eigen::Vector2d pixel_px;
     Eigen::Vector2d by_range_pxpm;      ///< d pixel / d range
     Eigen::Vector2d by_bearing_pxprad;  ///< d pixel / d bearing
-    Eigen::Vector2d bulge_px;           ///< of the segment that begins here
-    double chord_px;                    ///< distance to the opposite vertex
-    double width_px;                    ///< the same on the sides, huge on the arc
+    /// d pixel / d ln(radius), while the near point stays; 0 where Cylinder::width_doubt is 0.
+    Eigen::Vector2d by_width_px;
+    Eigen::Vector2d by_lean_px;  ///< d pixel / d angle, rad, of a turn of the image about the near point
+    Eigen::Vector2d bulge_px;    ///< of the segment that begins here
+    double chord_px;             ///< distance to the opposite vertex
+    double width_px;             ///< the same on the sides, huge on the arc
   };
   std::array<Vertex, kVertices> vertices;
 
@@ -95,7 +104,8 @@ struct EdgeSample {
   bool is_usable;                     ///< its colour inside, another colour outside, enough contrast, within the image
   float wide, narrow;                 ///< larger and smaller of the normal's |x| and |y|
   float by_range_pxpm;                ///< outward motion of the outline with the landmark's range ...
-  float by_bearing_pxprad;            ///< ... and bearing
+  float by_bearing_pxprad;            ///< ... and bearing ...
+  float by_width_px, by_lean_px;      ///< ... and width and lean, see Outline::Vertex
   float width_px;                     ///< distance to the opposite side
   float inside_noise, outside_noise;  ///< variance of the landmark's and the background's colour, over that of a pixel
   /// Distance by which the outline lies outside the straight edge that cuts a pixel into the same areas: its curvature,

@@ -175,7 +175,8 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   // If the sides are farther apart, or nearer, than noise explains, something beside one of them is taken for the
   // landmark or hides it, and it is not known on which side.
   const double noise_px2 = side_scatter * fit.sigma_narrowness_px * fit.sigma_narrowness_px;
-  const double excess_px2 = std::max(0.0, fit.narrowness_px * fit.narrowness_px - noise_px2);
+  const double doubt_px = fit.cylinder.width_doubt * rim_width_px(fit);
+  const double excess_px2 = std::max(0.0, fit.narrowness_px * fit.narrowness_px - noise_px2 - doubt_px * doubt_px);
   const double bearing_px = fit.outline.near().by_bearing_pxprad.norm();
   covariance(1, 1) += excess_px2 / 4 / (bearing_px * bearing_px);
   // The model cuts pixels by straight edges and allows for the rim's mean curvature. The curvature within a pixel
@@ -264,7 +265,10 @@ class ToleranceChoice {
 
 /// @param step (range m, bearing rad)
 Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step) {
-  return {cylinder.range_m + step.x(), cylinder.bearing_rad + step.y(), cylinder.radius_m, cylinder.top_m};
+  Cylinder there = cylinder;
+  there.range_m += step.x();
+  there.bearing_rad += step.y();
+  return there;
 }
 
 double step_px(const Outline& outline, const Eigen::Vector2d& step) {
@@ -448,8 +452,7 @@ bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected,
   return false;
 }
 
-std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSearch*>& looks,
-                                              const std::vector<double>& width_doubts) {
+std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSearch*>& looks) {
   // Coarse fits and fine fits are pooled separately.
   std::array<Scores, 2> arc;
   std::array<Scores, 2> sides;
@@ -469,7 +472,7 @@ std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSea
     const OutlineFit& fit = *looks[i]->fit;
     const std::size_t stage = looks[i]->is_fine ? 1 : 0;
     judged[i].is_occluded = fit.arc_support < kLeastArcSupport;
-    const double doubt_px = width_doubts.empty() ? 0 : width_doubts[i] * rim_width_px(fit);
+    const double doubt_px = fit.cylinder.width_doubt * rim_width_px(fit);
     const double off_px = std::max(kNarrow_px, kNarrowSigmas * std::hypot(fit.sigma_narrowness_px, doubt_px));
     const bool is_side_hidden = std::min(fit.left_support, fit.right_support) < kLeastSideSupport;
     judged[i].is_narrow = is_side_hidden || fit.narrowness_px > off_px;

@@ -82,10 +82,7 @@ class ViewFitter {
   [[nodiscard]] bool fit_expected(const OutlineTask& task, const Cylinder& expected, const Common& common) const;
 
   /// Returns the sightings of the fitted landmarks, with the scatter of all fits of the same stage.
-  /// @param width_doubts relative standard deviation of the width that each landmark is expected to have in the image,
-  /// because of what is not known exactly of rig and map; empty: 0
-  [[nodiscard]] static std::vector<OutlineVerdict> judge(const std::vector<const OutlineSearch*>& looks,
-                                                         const std::vector<double>& width_doubts = {});
+  [[nodiscard]] static std::vector<OutlineVerdict> judge(const std::vector<const OutlineSearch*>& looks);
 
  private:
   /// Returns the candidate's ray, from the point where it has that height.
@@ -121,7 +118,7 @@ enum class Rivals {
 };
 /// Returns whether and where a view shows a rival. Colour within the width of one landmark is no rival: it may be a
 /// part of a landmark that a mast splits.
-/// @param found with a candidate @param least_px least_area_px() @param width_doubt as for ViewFitter::judge()
+/// @param found with a candidate @param least_px least_area_px() @param width_doubt as Cylinder::width_doubt
 Rivals rivals_of(const ViewFitter& fitter, const Landmark& target, const Found& found, double least_px,
                  double width_doubt = 0);
 
