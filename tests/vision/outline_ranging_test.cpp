@@ -23,7 +23,7 @@ using testing_support::SyntheticScene;
 using testing_support::targets_of;
 
 // The sides of a landmark are long, its top is short. Without noise, the remaining errors are rounding to whole grey
-// levels, 0.3 of one, over a contrast of 100 and more, and the straight segments between the outline's vertices (0.01
+// levels, 0.3 of one, over a contrast of 100 and more, and the parabolas between the outline's vertices (0.01
 // px).
 constexpr double kQuiet_px = 0.03;
 
