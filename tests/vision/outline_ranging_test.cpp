@@ -127,6 +127,13 @@ TEST(OutlineRanging, RowsThatAreExposedOneAfterTheOtherAreMovedToTheFramesTime) 
   }
   const auto measured =
       OutlineRanging(rig, targets_of(six_landmarks()), kImage, kImage).measure(lower, upper, FrameMotion{twist, 0});
+  // Of an uncertain rig the fit finds the sides' direction itself, which the rows' times change.
+  BeliefSigmas sigmas;
+  sigmas.set({kTiltX, kTiltY}, 0.01);
+  sigmas.set({kColumn, kRow}, 10);
+  const auto uncertain =
+      OutlineRanging(rig, targets_of(six_landmarks()), kImage, kImage, {}, errors_of(sigmas, six_landmarks().size()))
+          .measure(lower, upper, FrameMotion{twist, 0});
   const auto global = OutlineRanging(lab_rig(), targets_of(six_landmarks()), kImage, kImage)
                           .measure(lower, upper, FrameMotion{twist, 0});
   const double most_rad = 0.03 * twist.turn_radps * readout_s;
@@ -135,6 +142,8 @@ TEST(OutlineRanging, RowsThatAreExposedOneAfterTheOtherAreMovedToTheFramesTime) 
     const Truth truth = truth_of(scene.landmarks[k]);
     ASSERT_TRUE(measured[k].bearing_rad) << k;
     EXPECT_NEAR(*measured[k].bearing_rad, truth.bearing_rad, most_rad) << k;
+    ASSERT_TRUE(uncertain[k].bearing_rad) << k;
+    EXPECT_NEAR(*uncertain[k].bearing_rad, truth.bearing_rad, most_rad) << k;
     const auto& bearing_rad = global[k].bearing_rad;
     if (!bearing_rad || std::abs(*bearing_rad - truth.bearing_rad) > most_rad) ++wrong;
   }

@@ -191,6 +191,10 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   const Eigen::Matrix2d pixels = normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 3>() *
                                                                     normal.bottomRightCorner<3, 3>().inverse() *
                                                                     normal.bottomLeftCorner<3, 2>();
+  if (cylinder.lean_doubt_rad > 0) {
+    const double of_the_sides = normal(4, 4) - prior[1] - normal(4, 1) * normal(4, 1) / normal(1, 1);
+    fit.lean_in_bearing = prior[1] / (prior[1] + std::max(0.0, of_the_sides));
+  }
   const Eigen::Vector2d scale(range_px, bearing_px);
   fit.information = scale.asDiagonal() * pixels * scale.asDiagonal();
   fit.cylinder = cylinder;

@@ -186,8 +186,11 @@ struct OutlineFit {
   Outline outline;              ///< of the cylinder from which the fit started
   Eigen::Vector2d step;         ///< from that cylinder to `cylinder`, (range m, bearing rad)
   Eigen::Matrix2d information;  ///< of (range m, bearing rad) for the given PixelNoise
-  double length_px = 0;         ///< length of the outline that was used
-  double arc_support = 0;       ///< share of the arc, and of each side, that can be used
+  /// The share in which a lean of the sides moves the bearing, as if they could not lean, 0 to 1: 1 where
+  /// Cylinder::lean_doubt_rad is 0.
+  double lean_in_bearing = 1;
+  double length_px = 0;    ///< length of the outline that was used
+  double arc_support = 0;  ///< share of the arc, and of each side, that can be used
   double left_support = 0, right_support = 0;
   double narrowness_px = 0;  ///< width of the cylinder's outline minus the observed width
   double sigma_narrowness_px = 0;

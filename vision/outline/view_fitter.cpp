@@ -149,7 +149,10 @@ double scatter(const Scores& all, const Scores& own, double least) {
 }
 
 /// Returns Sighting::exposed_row: the mean row of the outline, with the weight that a pixel of it has for the bearing.
-double exposed_row(const Outline& outline) {
+/// Rows that are exposed one after the other make the sides lean. Where the fit finds the lean itself, the row is the
+/// near point's.
+/// @param lean_in_bearing as OutlineFit::lean_in_bearing
+double exposed_row(const Outline& outline, double lean_in_bearing) {
   double rows = 0;
   double weights = 0;
   for (std::size_t i = 0; i + 1 < outline.vertices.size(); ++i) {
@@ -165,7 +168,8 @@ double exposed_row(const Outline& outline) {
       weights += weight;
     }
   }
-  return weights > 0 ? rows / weights : outline.near().pixel_px.y();
+  const double near_row = outline.near().pixel_px.y();
+  return weights > 0 ? near_row + lean_in_bearing * (rows / weights - near_row) : near_row;
 }
 
 std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, double side_scatter) {
@@ -194,7 +198,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   sighting.covariance_px2 = by_place * covariance * by_place.transpose();
   const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
   sighting.edge_noise_px = std::sqrt(fit.length_px / information);
-  sighting.exposed_row = exposed_row(fit.outline);
+  sighting.exposed_row = exposed_row(fit.outline, fit.lean_in_bearing);
   return sighting;
 }
 
@@ -211,7 +215,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, const OneRayFits& fit
   const double determinant = sighting.covariance_px2.determinant();
   if (!sighting.covariance_px2.allFinite() || !(determinant > 0)) return std::nullopt;
   sighting.edge_noise_px = std::pow(fits.motion.determinant() * posterior.covariance.determinant(), 0.25);
-  sighting.exposed_row = exposed_row(fit.outline);
+  sighting.exposed_row = exposed_row(fit.outline, 1);  // the posterior is of sides that cannot lean
   return sighting;
 }
 
