@@ -149,12 +149,13 @@ double scatter(const Scores& all, const Scores& own, double least) {
 }
 
 /// Returns Sighting::exposed_row: the mean row of the outline, with the weight that a pixel of it has for the bearing.
-/// Rows that are exposed one after the other make the sides lean. Where the fit finds the lean itself, the row is the
-/// near point's.
+/// Rows that are exposed one after the other make the sides lean. Where the fit finds the lean itself, such a weight is
+/// negative at the sides' lower ends.
 /// @param lean_in_bearing as OutlineFit::lean_in_bearing
 double exposed_row(const Outline& outline, double lean_in_bearing) {
-  double rows = 0;
-  double weights = 0;
+  // The normal equations of bearing and lean, all pixels along the outline alike; the last two, their sides for a
+  // motion of the outline by bearing times row.
+  double bearing2 = 0, mixed = 0, lean2 = 0, bearing_row = 0, lean_row = 0;
   for (std::size_t i = 0; i + 1 < outline.vertices.size(); ++i) {
     const Outline::Vertex &from = outline.vertices[i], &to = outline.vertices[i + 1];
     const Eigen::Vector2d way_px = to.pixel_px - from.pixel_px;
@@ -163,13 +164,22 @@ double exposed_row(const Outline& outline, double lean_in_bearing) {
     for (const auto& [share, factor] : {std::pair{0.0, 1.0}, {0.5, 4.0}, {1.0, 1.0}}) {
       const double by_bearing =
           normal.dot(from.by_bearing_pxprad + share * (to.by_bearing_pxprad - from.by_bearing_pxprad));
-      const double weight = factor * by_bearing * by_bearing / std::max(way_px.norm(), 1e-9);
-      rows += weight * (from.pixel_px.y() + share * way_px.y());
-      weights += weight;
+      const double by_lean = normal.dot(from.by_lean_px + share * (to.by_lean_px - from.by_lean_px));
+      const double weight = factor / std::max(way_px.norm(), 1e-9);
+      const double row = from.pixel_px.y() + share * way_px.y();
+      bearing2 += weight * by_bearing * by_bearing;
+      mixed += weight * by_bearing * by_lean;
+      lean2 += weight * by_lean * by_lean;
+      bearing_row += weight * by_bearing * by_bearing * row;
+      lean_row += weight * by_lean * by_bearing * row;
     }
   }
-  const double near_row = outline.near().pixel_px.y();
-  return weights > 0 ? near_row + lean_in_bearing * (rows / weights - near_row) : near_row;
+  const double determinant = bearing2 * lean2 - mixed * mixed;
+  if (!(determinant > 0)) return outline.near().pixel_px.y();
+  // The lean's prior in these units, times `free`, as the other term: the prior may be infinite.
+  const double free = 1 - lean_in_bearing;
+  const double lean_with_prior = free * lean2 + lean_in_bearing * determinant / bearing2;
+  return (lean_with_prior * bearing_row - free * mixed * lean_row) / determinant;
 }
 
 std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, double side_scatter) {
