@@ -319,6 +319,7 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
     // The bulge moves the outline along the chord's normal; its distance along the row or column is longer.
     c.at = a.pixel_px[cross_axis] + u * along[cross_axis] -
            c.inwards * bulge.dot(chord_normal) / std::abs(chord_normal[cross_axis]);
+    c.edge_sample.row = static_cast<float>(is_row ? line : c.at);
     // Use the parabola's own normal there: the chord's normal differs by some degrees.
     const Eigen::Vector2d tangent = along + 4 * (1 - 2 * u) * a.bulge_px;
     Eigen::Vector2d normal = Eigen::Vector2d(tangent.y(), -tangent.x()).normalized();

@@ -140,6 +140,10 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   std::array<double, 3> side_score{};
   std::array<double, 3> side_information{};
   std::array<double, 3> side_widening{};  // sum of by_width_px times the information
+  // The equations' right side for rows whose bearing differs by their distance from the near point's. The answer is the
+  // row that the fitted bearing is of: where the sides may lean, they do so, and the bearing changes less.
+  Unknowns by_rows = Unknowns::Zero();
+  const double near_row = outline.near().pixel_px.y();
   double previous = 0;
   double before = 0;
   int arc_samples = 0;
@@ -166,6 +170,10 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       const double bounded = std::clamp(residual / sigma, -kHuber, kHuber);
       score += m.by_out * bounded / sigma;
       information += m.by_out * m.by_out / (sigma * sigma);
+      const double both = m.by_out + m.by_opposite;
+      const double apart = m.by_out - m.by_opposite;
+      const Unknowns by{range_part * both, bearing_part * apart, m.by_blur, s.by_width_px * both, s.by_lean_px * apart};
+      by_rows += bearing_part * apart * (double(s.row) - near_row) / (sigma * sigma) * by;
       fit.edges.residual += residual * residual;
       fit.edges.grey += grey_variance_of(s, p, inner);
       fit.edges.spread += inner * (1 - inner);
@@ -191,10 +199,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   const Eigen::Matrix2d pixels = normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 3>() *
                                                                     normal.bottomRightCorner<3, 3>().inverse() *
                                                                     normal.bottomLeftCorner<3, 2>();
-  if (cylinder.lean_doubt_rad > 0) {
-    const double of_the_sides = normal(4, 4) - prior[1] - normal(4, 1) * normal(4, 1) / normal(1, 1);
-    fit.lean_in_bearing = prior[1] / (prior[1] + std::max(0.0, of_the_sides));
-  }
+  fit.exposed_row = near_row + normal.ldlt().solve(by_rows)[1];
   const Eigen::Vector2d scale(range_px, bearing_px);
   fit.information = scale.asDiagonal() * pixels * scale.asDiagonal();
   fit.cylinder = cylinder;

@@ -106,6 +106,7 @@ struct EdgeSample {
   float by_range_pxpm;                ///< outward motion of the outline with the landmark's range ...
   float by_bearing_pxprad;            ///< ... and bearing ...
   float by_width_px, by_lean_px;      ///< ... and width and lean, see Outline::Vertex
+  float row;                          ///< of the image, where it is
   float width_px;                     ///< distance to the opposite side
   float inside_noise, outside_noise;  ///< variance of the landmark's and the background's colour, over that of a pixel
   /// Distance by which the outline lies outside the straight edge that cuts a pixel into the same areas: its curvature,
@@ -186,11 +187,9 @@ struct OutlineFit {
   Outline outline;              ///< of the cylinder from which the fit started
   Eigen::Vector2d step;         ///< from that cylinder to `cylinder`, (range m, bearing rad)
   Eigen::Matrix2d information;  ///< of (range m, bearing rad) for the given PixelNoise
-  /// The share in which a lean of the sides moves the bearing, as if they could not lean, 0 to 1: 1 where
-  /// Cylinder::lean_doubt_rad is 0.
-  double lean_in_bearing = 1;
-  double length_px = 0;    ///< length of the outline that was used
-  double arc_support = 0;  ///< share of the arc, and of each side, that can be used
+  double exposed_row = 0;       ///< see Sighting::exposed_row
+  double length_px = 0;         ///< length of the outline that was used
+  double arc_support = 0;       ///< share of the arc, and of each side, that can be used
   double left_support = 0, right_support = 0;
   double narrowness_px = 0;  ///< width of the cylinder's outline minus the observed width
   double sigma_narrowness_px = 0;

@@ -148,40 +148,6 @@ double scatter(const Scores& all, const Scores& own, double least) {
   return alone > kOddScatter * common ? alone : common;
 }
 
-/// Returns Sighting::exposed_row: the mean row of the outline, with the weight that a pixel of it has for the bearing.
-/// Rows that are exposed one after the other make the sides lean. Where the fit finds the lean itself, such a weight is
-/// negative at the sides' lower ends.
-/// @param lean_in_bearing as OutlineFit::lean_in_bearing
-double exposed_row(const Outline& outline, double lean_in_bearing) {
-  // The normal equations of bearing and lean, all pixels along the outline alike; the last two, their sides for a
-  // motion of the outline by bearing times row.
-  double bearing2 = 0, mixed = 0, lean2 = 0, bearing_row = 0, lean_row = 0;
-  for (std::size_t i = 0; i + 1 < outline.vertices.size(); ++i) {
-    const Outline::Vertex &from = outline.vertices[i], &to = outline.vertices[i + 1];
-    const Eigen::Vector2d way_px = to.pixel_px - from.pixel_px;
-    const Eigen::Vector2d normal(-way_px.y(), way_px.x());
-    // Simpson's rule: on the sides, the weight grows with the square of the distance from the tip.
-    for (const auto& [share, factor] : {std::pair{0.0, 1.0}, {0.5, 4.0}, {1.0, 1.0}}) {
-      const double by_bearing =
-          normal.dot(from.by_bearing_pxprad + share * (to.by_bearing_pxprad - from.by_bearing_pxprad));
-      const double by_lean = normal.dot(from.by_lean_px + share * (to.by_lean_px - from.by_lean_px));
-      const double weight = factor / std::max(way_px.norm(), 1e-9);
-      const double row = from.pixel_px.y() + share * way_px.y();
-      bearing2 += weight * by_bearing * by_bearing;
-      mixed += weight * by_bearing * by_lean;
-      lean2 += weight * by_lean * by_lean;
-      bearing_row += weight * by_bearing * by_bearing * row;
-      lean_row += weight * by_lean * by_bearing * row;
-    }
-  }
-  const double determinant = bearing2 * lean2 - mixed * mixed;
-  if (!(determinant > 0)) return outline.near().pixel_px.y();
-  // The lean's prior in these units, times `free`, as the other term: the prior may be infinite.
-  const double free = 1 - lean_in_bearing;
-  const double lean_with_prior = free * lean2 + lean_in_bearing * determinant / bearing2;
-  return (lean_with_prior * bearing_row - free * mixed * lean_row) / determinant;
-}
-
 std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, double side_scatter) {
   // The arc determines the range, the sides the bearing.
   const Eigen::Vector2d root(std::sqrt(arc_scatter), std::sqrt(side_scatter));
@@ -208,7 +174,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   sighting.covariance_px2 = by_place * covariance * by_place.transpose();
   const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
   sighting.edge_noise_px = std::sqrt(fit.length_px / information);
-  sighting.exposed_row = exposed_row(fit.outline, fit.lean_in_bearing);
+  sighting.exposed_row = fit.exposed_row;
   return sighting;
 }
 
@@ -225,7 +191,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, const OneRayFits& fit
   const double determinant = sighting.covariance_px2.determinant();
   if (!sighting.covariance_px2.allFinite() || !(determinant > 0)) return std::nullopt;
   sighting.edge_noise_px = std::pow(fits.motion.determinant() * posterior.covariance.determinant(), 0.25);
-  sighting.exposed_row = exposed_row(fit.outline, 1);  // the posterior is of sides that cannot lean
+  sighting.exposed_row = fit.exposed_row;
   return sighting;
 }
 
