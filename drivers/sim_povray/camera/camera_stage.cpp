@@ -34,31 +34,44 @@ double sample_time_s(const CameraEffects& effects, int i) {
   return (effects.readout_s + effects.exposure_time_s) * (i + 0.5) / effects.shutter_samples;
 }
 
-/// Returns, for each row, the shutter samples while its shutter is open; if there is none, the one nearest to the
-/// middle of that time. Times are measured from the opening of the first row's shutter.
-std::vector<std::vector<int>> samples_of_rows(const CameraEffects& effects, int height_px) {
-  std::vector<std::vector<int>> rows(static_cast<std::size_t>(height_px));
+/// Returns the integral from -infinity to `x` of the triangle of height 1 over -1 to 1.
+double triangle_until(double x) {
+  if (x <= -1) return 0;
+  if (x >= 1) return 1;
+  return x < 0 ? (1 + x) * (1 + x) / 2 : 1 - (1 - x) * (1 - x) / 2;
+}
+
+/// Returns, for each row, the shares of the shutter samples in its light: the mean over the time while its shutter is
+/// open, of light that changes linearly from sample to sample, and not before the first or after the last. So a row's
+/// mean time is the middle of that time. The samples within it alone would move it by up to half of their interval.
+std::vector<std::vector<ImageShare>> samples_of_rows(const CameraEffects& effects, int height_px) {
+  std::vector<std::vector<ImageShare>> rows(static_cast<std::size_t>(height_px));
   const int count = shutter_sample_count(effects);
+  const double interval_s = (effects.readout_s + effects.exposure_time_s) / count;
   for (int row = 0; row < height_px; ++row) {
-    std::vector<int>& open = rows[std::size_t(row)];
+    std::vector<ImageShare>& shares = rows[std::size_t(row)];
     if (count == 1) {
-      open = {0};
+      shares = {{0, 1}};
       continue;
     }
-    const double begin_s = opens_s(effects, row, height_px);
-    const double end_s = begin_s + effects.exposure_time_s;
-    int nearest = 0;
-    double least_s = INFINITY;
+    // In intervals from the first sample. A shutter that opens for no time is one that opens for very little.
+    const double begin = opens_s(effects, row, height_px) / interval_s - 0.5;
+    const double end = begin + std::max(effects.exposure_time_s / interval_s, 1e-3);
+    const double last = count - 1;
+    double sum = 0;
+    std::vector<double> weights;
     for (int i = 0; i < count; ++i) {
-      const double time_s = sample_time_s(effects, i);
-      if (time_s >= begin_s && time_s <= end_s) open.push_back(i);
-      const double apart_s = std::abs(time_s - (begin_s + end_s) / 2);
-      if (apart_s < least_s) {
-        least_s = apart_s;
-        nearest = i;
-      }
+      double weight = triangle_until(std::clamp(end, 0.0, last) - i) - triangle_until(std::clamp(begin, 0.0, last) - i);
+      if (i == 0) weight += std::max(0.0, std::min(end, 0.0) - begin);
+      if (i == count - 1) weight += std::max(0.0, end - std::max(begin, last));
+      weights.push_back(weight);
+      sum += weight;
     }
-    if (open.empty()) open = {nearest};
+    constexpr double kNegligible = 1e-6;  // of a row's light
+    for (int i = 0; i < count; ++i) {
+      const double share = weights[std::size_t(i)] / sum;
+      if (share > kNegligible) shares.push_back({i, static_cast<float>(share)});
+    }
   }
   return rows;
 }
@@ -69,8 +82,8 @@ std::vector<RowRange> rows_of_shutter_samples(const CameraEffects& effects, int 
   std::vector<RowRange> ranges(std::size_t(shutter_sample_count(effects)), RowRange{height_px, -1});
   const auto rows = samples_of_rows(effects, height_px);
   for (int row = 0; row < height_px; ++row) {
-    for (const int sample : rows[std::size_t(row)]) {
-      RowRange& range = ranges[std::size_t(sample)];
+    for (const ImageShare& sample : rows[std::size_t(row)]) {
+      RowRange& range = ranges[std::size_t(sample.image)];
       range = {std::min(range.first, row), row};
     }
   }
@@ -199,7 +212,7 @@ Image develop(const CameraEffects& effects, const std::vector<std::shared_ptr<co
 Image pass_through(const Image& image) {
   CameraEffects neutral{
       .distortion = {0, 0, 0, 0, 0}, .distortion_focal_px = double(image.width_px), .colour_gain = {1, 1, 1}};
-  const std::vector<std::vector<int>> each_row_of_both(static_cast<std::size_t>(image.height_px), {0, 1});
+  const std::vector<std::vector<ImageShare>> each_row_of_both(std::size_t(image.height_px), {{0, 0.5F}, {1, 0.5F}});
   return run_stages(neutral, mean_light({&image, &image}, each_row_of_both), {0, "", 0, {}}, true);
 }
 

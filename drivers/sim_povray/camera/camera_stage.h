@@ -39,7 +39,7 @@ struct RowRange {
 [[nodiscard]] std::vector<RowRange> rows_of_shutter_samples(const CameraEffects& effects, int height_px);
 
 /// Makes one image from its shutter samples. These stages are in linear light, in this order: each row becomes the mean
-/// of the shutter samples within its own shutter time (at least the nearest to its middle); lens distortion, defocus,
+/// over its own shutter time of light that changes linearly between the shutter samples; lens distortion, defocus,
 /// vignetting, the lamps' colour and flicker, gain, shot noise, read noise. The result is then sRGB-coded again and
 /// rounded, and compressed. Inactive stages are not computed: without effects the pixels are returned unchanged.
 ///

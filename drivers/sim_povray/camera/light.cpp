@@ -117,21 +117,17 @@ std::vector<Tap> disc(double radius_px, int reach) {
 
 }  // namespace
 
-Light mean_light(const std::vector<const Image*>& images, const std::vector<std::vector<int>>& row_sources) {
+Light mean_light(const std::vector<const Image*>& images, const std::vector<std::vector<ImageShare>>& row_shares) {
   const SrgbTables& table = tables();
   const Image& first = *images.front();
   Light light{first.width_px, first.height_px, std::vector<float>(first.bytes.size())};
   const std::size_t row_size = std::size_t(first.width_px) * 3;
   for (std::size_t row = 0; row < std::size_t(first.height_px); ++row) {
     float* const out = &light.values[row * row_size];
-    const std::vector<int>& sources = row_sources[row];
-    for (const int source : sources) {
-      const std::uint8_t* const in = &images[std::size_t(source)]->bytes[row * row_size];
-      for (std::size_t i = 0; i < row_size; ++i) out[i] += table.light[in[i]];
+    for (const auto& [image, share] : row_shares[row]) {
+      const std::uint8_t* const in = &images[std::size_t(image)]->bytes[row * row_size];
+      for (std::size_t i = 0; i < row_size; ++i) out[i] += share * table.light[in[i]];
     }
-    if (sources.size() == 1) continue;
-    const float share = 1.0F / static_cast<float>(sources.size());
-    for (std::size_t i = 0; i < row_size; ++i) out[i] *= share;
   }
   return light;
 }

@@ -22,10 +22,16 @@ struct Light {
   std::vector<float> values;
 };
 
-/// Returns the mean light of images of sRGB code values (IEC 61966-2-1), row by row. @param row_sources for each row,
-/// indices of the images to average, at least one
+/// A part of a row's light: that of one image.
+struct ImageShare {
+  int image;  ///< index
+  float share;
+};
+
+/// Returns the weighted mean light of images of sRGB code values (IEC 61966-2-1), row by row. @param row_shares for each
+/// row, of sum 1
 [[nodiscard]] Light mean_light(const std::vector<const Image*>& images,
-                               const std::vector<std::vector<int>>& row_sources);
+                               const std::vector<std::vector<ImageShare>>& row_shares);
 /// Returns a kRgb8 image of the sRGB code values that are nearest in code values; light outside 0 to 1 is clipped.
 /// Inverts mean_light() of one image.
 [[nodiscard]] Image to_image(const Light& light);
