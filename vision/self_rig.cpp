@@ -116,7 +116,8 @@ class RigSearch {
     const double rim_weight = 1 / (square(rim.sigma_centre_px) + common);
     const double tip_weight = 1 / (square(v.mirror.tip->sigma_px) + common);
     v.centre_px += tip_weight / (rim_weight + tip_weight) * apart_px;
-    v.sigma_centre_px = std::max({kLeastCentreSigma_px, apart_px.norm() / 2, 1 / std::sqrt(rim_weight + tip_weight)});
+    v.sigma_centre_px = std::max(
+        {kLeastCentreSigma_px, is_off_axis ? apart_px.norm() / 2 : 0.0, 1 / std::sqrt(rim_weight + tip_weight)});
   }
 
   void find_circle(Side camera) {

@@ -97,11 +97,15 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
       file.centre_px = {seen.centre_px.x(), seen.centre_px.y()};
       replaced.centre_px = std::max(replaced.centre_px, view.sigma_centre_px);
     }
+    // The rig's rim is that of the image without distortion, the images show another.
+    const double bent_px =
+        sigma.distortion * std::pow(seen.rim_radius_px, 3) / std::pow(of_view(rig, side).focal_length_px(), 2);
+    const double sigma_rim_px = std::hypot(view.circle->sigma_radius_px, bent_px);
     if (differs("rim_radius_px", std::abs(seen.rim_radius_px - file.rim_radius_px),
-                kSameRadiusShare * seen.rim_radius_px, view.circle->sigma_radius_px)) {
+                kSameRadiusShare * seen.rim_radius_px, sigma_rim_px)) {
       add("rim_radius_px", fmt::format("{:.1f}", file.rim_radius_px), fmt::format("{:.1f} px", seen.rim_radius_px));
       file.rim_radius_px = seen.rim_radius_px;
-      replaced.rim_radius_px = std::max(replaced.rim_radius_px, view.circle->sigma_radius_px);
+      replaced.rim_radius_px = std::max(replaced.rim_radius_px, sigma_rim_px);
     }
     if (seen.mirrored != file.mirrored) {
       add("mirrored", fmt::format("{}", file.mirrored), fmt::format("{}", seen.mirrored));
