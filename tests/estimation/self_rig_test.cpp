@@ -94,6 +94,17 @@ TEST(SelfRig, NumbersThatTheImagesContradictAreReplacedWithTheirSigmas) {
   EXPECT_THAT(changes.back(), HasSubstr("centre_px: 0.5"));
 }
 
+// Catches a rim that is stated as exactly as the images show it, although a lens that is not known has moved it there.
+TEST(SelfRig, ALensThatIsNotKnownCountsInTheRimsSigma) {
+  vision::SelfRig found = as_in_file();
+  found.views[1].circle->radius_px = 197.5;
+  config::Robot robot = lab_robot();
+  robot.rig.sigma = config::RigSigma{.distortion = 0.03};
+  const SelfRigAnswer answer = compared(robot, found);
+  // v is three times the rim's radius.
+  EXPECT_NEAR(answer.rig.sigma->rim_radius_px, std::hypot(0.05, 0.03 * 197.5 / 9), 1e-9);
+}
+
 // Catches an upper azimuth that does not follow a lower one which only the file knows.
 TEST(SelfRig, WithoutMotionTheLowerAzimuthIsTheFiles) {
   vision::SelfRig found = as_in_file();

@@ -28,8 +28,8 @@ struct ImageShare {
   float share;
 };
 
-/// Returns the weighted mean light of images of sRGB code values (IEC 61966-2-1), row by row. @param row_shares for each
-/// row, of sum 1
+/// Returns the weighted mean light of images of sRGB code values (IEC 61966-2-1), row by row. @param row_shares for
+/// each row, of sum 1
 [[nodiscard]] Light mean_light(const std::vector<const Image*>& images,
                                const std::vector<std::vector<ImageShare>>& row_shares);
 /// Returns a kRgb8 image of the sRGB code values that are nearest in code values; light outside 0 to 1 is clipped.
