@@ -46,6 +46,24 @@ TEST_F(PovrayTest, ReturnsTheImage) {
   EXPECT_EQ(*image, (Image{2, 1, PixelFormat::kRgb8, {'a', 'b', 'c', 'd', 'e', 'f'}}));
 }
 
+// POV-Ray's own words on a machine that is too busy.
+constexpr const char* kNoThreads = "echo x >> starts; echo 'Timed out waiting for worker thread startup' >&2; exit 1";
+
+TEST_F(PovrayTest, IsStartedAgainIfItsThreadsHadNoTimeToStart) {
+  const std::string third_time =
+      std::string("if [ -e starts ] && [ $(wc -l < starts) -ge 2 ]; then cat /proc/self/fd/3 > got; ") +
+      kPrintTwoPixels + "; exit; fi\n" + kNoThreads;
+  EXPECT_TRUE(render(third_time));
+  EXPECT_EQ(read_file(folder_.path() / "got"), "the scene");
+}
+
+TEST_F(PovrayTest, IsNotStartedAgainForEver) {
+  const Error error = error_of(kNoThreads);
+  EXPECT_EQ(error.code, ErrorCode::kRefused);
+  EXPECT_THAT(error.message, HasSubstr("worker thread startup"));
+  EXPECT_EQ(read_file(folder_.path() / "starts"), "x\nx\nx\n");
+}
+
 TEST_F(PovrayTest, PassesTheSceneInMemoryAndRunsInItsFolder) {
   ASSERT_TRUE(
       render("cat /proc/self/fd/3 > got; echo $@ > arguments; env > environment\n" + std::string(kPrintTwoPixels)));

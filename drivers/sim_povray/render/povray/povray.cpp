@@ -48,6 +48,15 @@ Status check_named_files(const SceneCalls& calls, const SceneAccess& access) {
   return {};
 }
 
+// On a very busy machine POV-Ray gives up before it has read its scene: its threads have not started within some
+// seconds.
+constexpr int kMostStarts = 3;
+
+bool has_not_begun(const base::ChildResult& run) {
+  return run.end == base::ChildResult::End::kEnded && run.wait_status != 0 &&
+         run.errors.find("Timed out waiting for worker thread startup") != std::string::npos;
+}
+
 }  // namespace
 
 Result<std::string> find_povray(const std::string& name) {
@@ -217,6 +226,7 @@ Result<base::ChildResult> Povray::run(const RenderJob& job, const RunKind& kind,
   request.stop_fd = stop_fd;
   request.measured = bool(job.used);
   base::ChildResult run = base::run_child(request);
+  for (int start = 1; start < kMostStarts && has_not_begun(run); ++start) run = base::run_child(request);
 
   switch (run.end) {
     case base::ChildResult::End::kNotStarted:
