@@ -119,13 +119,11 @@ struct OutlineRanging::Impl {
                                       const std::optional<FrameMotion>& motion) const {
     if (!motion) return at_frame;
     const MirrorView& mirror = of_view(belief.rig(), Side(view));
-    const Eigen::Vector2d place_m =
-        at_frame.range_m * Eigen::Vector2d(std::cos(at_frame.bearing_rad), std::sin(at_frame.bearing_rad));
+    const Eigen::Vector2d place_m = at_frame.place_m();
     const auto near_m = near_top_point(mirror, place_m, at_frame.radius_m, at_frame.top_m);
     const auto pixel_px = near_m ? mirror.project(*near_m) : std::nullopt;
     if (!pixel_px) return at_frame;
-    const Eigen::Vector2d then_m = place_after(place_m, motion->twist, late_s(view, Sighting{*pixel_px}, *motion));
-    return {then_m.norm(), std::atan2(then_m.y(), then_m.x()), at_frame.radius_m, at_frame.top_m};
+    return at_frame.at(place_after(place_m, motion->twist, late_s(view, Sighting{*pixel_px}, *motion)));
   }
   [[nodiscard]] bool is_exact(std::size_t k) const { return belief.is_exact() && by_shared[k].cols() == 0; }
 
@@ -410,8 +408,7 @@ int FrameObservation::refined() const {
 }
 
 std::vector<RangeMeasurement> FrameObservation::measurements() const {
-  const auto judged_in = [&](std::size_t view) { return ViewFitter::judge(impl_->looks(view)); };
-  const std::array<std::vector<OutlineVerdict>, 2> judged{judged_in(0), judged_in(1)};
+  const std::array judged{ViewFitter::judge(impl_->looks(0)), ViewFitter::judge(impl_->looks(1))};
   std::vector<RangeMeasurement> measurements;
   for (std::size_t k = 0; k < impl_->all.size(); ++k) {
     std::array<OutlineVerdict, 2> both;

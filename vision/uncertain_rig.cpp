@@ -122,14 +122,18 @@ UncertainRig::UncertainRig(Rig rig, BySharedErrors<kRigNumbers> by_shared)
   }
 }
 
-double UncertainRig::edge_variance_px2(Side side) const {
-  const auto variance = [&](ViewNumber number) { return by_shared_.row(rig_number(side, number)).squaredNorm(); };
-  return variance(kRim) + (variance(kColumn) + variance(kRow)) / 2;
+double UncertainRig::variance(Side side, ViewNumber number) const {
+  return by_shared_.row(rig_number(side, number)).squaredNorm();
 }
 
+double UncertainRig::centre_variance_px2(Side side) const {
+  return (variance(side, kColumn) + variance(side, kRow)) / 2;
+}
+
+double UncertainRig::edge_variance_px2(Side side) const { return variance(side, kRim) + centre_variance_px2(side); }
+
 double UncertainRig::lean_variance_rad2(Side side, double radius_px) const {
-  const auto variance = [&](ViewNumber number) { return by_shared_.row(rig_number(side, number)).squaredNorm(); };
-  return (variance(kTiltX) + variance(kTiltY)) / 2 + (variance(kColumn) + variance(kRow)) / 2 / (radius_px * radius_px);
+  return (variance(side, kTiltX) + variance(side, kTiltY)) / 2 + centre_variance_px2(side) / (radius_px * radius_px);
 }
 
 BySharedErrors<2> UncertainRig::pixel_by_shared(Side side, const Eigen::Vector2d& p_BL_m, double radius_m,

@@ -99,6 +99,10 @@ class UncertainRig {
     double step;
     std::array<MirrorView, 2> views;  ///< with the number less, and more, by the step
   };
+  [[nodiscard]] double variance(Side side, ViewNumber number) const;
+  /// Returns the variance of the tip in one direction, the mean of column and row.
+  [[nodiscard]] double centre_variance_px2(Side side) const;
+
   Rig rig_;
   BySharedErrors<kRigNumbers> by_shared_;
   std::array<std::vector<Stepped>, 2> stepped_;  ///< of both sides: the numbers that are uncertain and move its image

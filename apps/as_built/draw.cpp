@@ -91,7 +91,7 @@ config::RigView believed_view(const config::RigView& plan, const CameraSettings&
   view.apex_rad = plan.apex_rad;
   view.mirror_radius_m = plan.mirror_radius_m;
   view.lens_to_tip_m = plan.lens_to_tip_m;
-  view.centre_px = {(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0};
+  view.centre_px = config::middle_px(camera);
   view.rim_radius_px = rim_px;
   view.mirrored = plan.mirrored;
   return view;
@@ -127,7 +127,7 @@ void draw_lens(const Draws& draws, const std::string& name, const Tolerances& t,
   view.distortion = {draws.within(name + ".distortion.k1", t.distortion),
                      draws.within(name + ".distortion.k2", t.distortion), 0, 0};
   view.distortion_focal_px = {focal_px, focal_px};
-  view.distortion_principal_px = {(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0};
+  view.distortion_principal_px = config::middle_px(camera);
   effects.distortion = view.distortion;
   effects.distortion_focal_px = focal_px;
 }

@@ -113,7 +113,7 @@ void set_missing(const std::vector<std::string>& missing, std::string_view mirro
     return std::ranges::find(missing, fmt::format("{}.{}", mirror, key)) != missing.end();
   };
   constexpr double kRadiusShare = 0.4;
-  if (is_missing("centre_px")) view.centre_px = {(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0};
+  if (is_missing("centre_px")) view.centre_px = middle_px(camera);
   if (is_missing("rim_radius_px")) view.rim_radius_px = kRadiusShare * std::min(camera.width_px, camera.height_px);
 }
 
@@ -178,6 +178,10 @@ void scale(RigSigma& sigma, double k) {
 }
 
 }  // namespace
+
+std::array<double, 2> middle_px(const CameraSettings& camera) {
+  return {(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0};
+}
 
 namespace {
 

@@ -100,6 +100,9 @@ struct Rig {
   friend bool operator==(const Rig&, const Rig&) = default;
 };
 
+/// Returns column and row of the middle of a camera's image.
+std::array<double, 2> middle_px(const CameraSettings& camera);
+
 /// Returns the standard deviations that count where the file states none: lengths by a ruler to 2 mm, those of the
 /// whole robot to 3 mm; half a degree of the cone's angle, 1 degree of tilt, 3 degrees of azimuth; 10 px of the tip and
 /// 3 % of the rim's radius, as read off an image by eye; a mild lens.

@@ -138,7 +138,7 @@ vision::MirrorView to_view(const RigView& view, double lens_height_m, const Came
       .mirrored = view.mirrored,
       .tilt_rad = to_vector(view.tilt_rad),
       .axis_offset_m = to_vector(view.axis_offset_m),
-      .lens_axis_px = Eigen::Vector2d((camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0)};
+      .lens_axis_px = to_vector(middle_px(camera))};
   vision::MirrorView without_lens(settings);
   if (view.distortion.empty()) return without_lens;
   const double focal_px = without_lens.focal_length_px();

@@ -470,6 +470,7 @@ TEST(RollingShutter, EveryRowIsOfTheMiddleOfItsOwnTime) {
       EXPECT_NEAR(at(image, 1, row), code, slack)
           << "row " << row << " of exposure " << exposure_time_s << " s, readout " << readout_s << " s";
     }
+    EXPECT_LT(at(image, 1, 0), at(image, 1, kRows - 1)) << "the first row is the oldest";
   }
 }
 

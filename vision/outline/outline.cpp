@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace twocone::vision {
 namespace {
@@ -18,7 +19,7 @@ using Pixels = std::array<Eigen::Vector2d, Outline::kVertices>;
 /// Computes the chain's vertices for one cylinder. The sides begin at the height `bottom_m`.
 bool chain(const MirrorView& view, const Cylinder& c, double bottom_m, Pixels& pixels) {
   const Eigen::Vector2d axis_m = view.settings().axis_offset_m;
-  const Eigen::Vector2d place_m(c.range_m * std::cos(c.bearing_rad), c.range_m * std::sin(c.bearing_rad));
+  const Eigen::Vector2d place_m = c.place_m();
   const Eigen::Vector2d outwards = place_m - axis_m;
   const double distance_m = outwards.norm();
   if (!(distance_m > c.radius_m)) return false;
@@ -71,11 +72,10 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
 
   Pixels wider = here;
   if (cylinder.width_doubt > 0) {
-    const Eigen::Vector2d place_m(cylinder.range_m * std::cos(cylinder.bearing_rad),
-                                  cylinder.range_m * std::sin(cylinder.bearing_rad));
     const double step_m = kWidthStep * cylinder.radius_m;
-    const Eigen::Vector2d behind_m = place_m + step_m * (place_m - view.settings().axis_offset_m).normalized();
-    moved = {behind_m.norm(), std::atan2(behind_m.y(), behind_m.x()), cylinder.radius_m + step_m, cylinder.top_m};
+    const Eigen::Vector2d place_m = cylinder.place_m();
+    moved = cylinder.at(place_m + step_m * (place_m - view.settings().axis_offset_m).normalized());
+    moved.radius_m += step_m;
     if (!chain(view, moved, *bottom_m, wider)) return std::nullopt;
   }
 
@@ -87,21 +87,24 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
     v.by_range_pxpm = (farther[k] - here[k]) / range_step_m;
     v.by_bearing_pxprad = (turned[k] - here[k]) / kBearingStep_rad;
     v.by_width_px = (wider[k] - here[k]) / kWidthStep;
-    const Eigen::Vector2d from_near = here[k] - here[Outline::kSideSegments + Outline::kArcSegments / 2];
+    const Eigen::Vector2d from_near = here[k] - here[Outline::kNear];
     v.by_lean_px = {-from_near.y(), from_near.x()};
     const int opposite = Outline::kVertices - 1 - i;
     const bool is_side = std::min(i, opposite) <= Outline::kSideSegments;
     v.chord_px = (here[k] - here[std::size_t(opposite)]).norm();
     v.width_px = is_side ? v.chord_px : kHuge_px;
-    // The bulge is the cubic interpolation through four vertices at equal steps minus the chord, at the middle. The
-    // first and the last segment of a part repeat their neighbour's curvature.
-    const int arc_end = Outline::kSideSegments + Outline::kArcSegments;
-    const int begin = i < Outline::kSideSegments ? 0 : i < arc_end ? Outline::kSideSegments : arc_end;
-    const int end = i < Outline::kSideSegments ? Outline::kSideSegments
-                    : i < arc_end              ? arc_end
-                                               : Outline::kVertices - 1;
-    const auto first = std::size_t(std::clamp(i - 1, begin, end - 3));
-    v.bulge_px = (here[first + 1] + here[first + 2] - here[first] - here[first + 3]) / 16;
+    v.bulge_px.setZero();
+  }
+  // The bulge is the cubic interpolation through four vertices at equal steps minus the chord, at the middle. The first
+  // and the last segment of a part repeat their neighbour's curvature.
+  constexpr int kArcEnd = Outline::kSideSegments + Outline::kArcSegments;
+  for (const auto& [begin, end] :
+       {std::pair{0, Outline::kSideSegments}, {Outline::kSideSegments, kArcEnd}, {kArcEnd, Outline::kVertices - 1}}) {
+    for (int i = begin; i < end; ++i) {
+      const auto first = std::size_t(std::clamp(i - 1, begin, end - 3));
+      outline.vertices[std::size_t(i)].bulge_px =
+          (here[first + 1] + here[first + 2] - here[first] - here[first + 3]) / 16;
+    }
   }
   return outline;
 }

@@ -45,6 +45,18 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   OutlineFit fit;
   Eigen::Matrix<double, 5, 5> normal;
 
+  /// How far the outline moves outwards by a unit of range and of bearing, and how far it and the opposite side have
+  /// moved. Range and width move both sides outwards, bearing and lean one outwards and the other inwards.
+  struct Motion {
+    double range_part, bearing_part, out_px, opposite_px;
+  };
+  const auto motion_of = [&](const EdgeSample& s) -> Motion {
+    const double range_part = s.by_range_pxpm / range_px;
+    const double bearing_part = s.by_bearing_pxprad / bearing_px;
+    const double both_px = range_part * unknown[0] + s.by_width_px * unknown[3];
+    const double apart_px = bearing_part * unknown[1] + s.by_lean_px * unknown[4];
+    return {range_part, bearing_part, both_px + apart_px, both_px - apart_px};
+  };
   struct Model {
     double value, by_out, by_opposite, by_blur;
   };
@@ -80,12 +92,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
     Eigen::Vector2d doubts_right = -(prior.array() * unknown.tail<2>().array());
     for (const EdgeSample& s : read.edge_samples) {
       if (!s.is_usable) continue;
-      const double range_part = s.by_range_pxpm / range_px;
-      const double bearing_part = s.by_bearing_pxprad / bearing_px;
-      const double wider_px = s.by_width_px * unknown[3];
-      const double leaning_px = s.by_lean_px * unknown[4];
-      const double out_px = range_part * unknown.x() + bearing_part * unknown.y() + wider_px + leaning_px;
-      const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y() + wider_px - leaning_px;
+      const auto [range_part, bearing_part, out_px, opposite_px] = motion_of(s);
       for (int i = s.first; i < s.first + s.count; ++i) {
         const EdgePixel& p = read.pixels[std::size_t(i)];
         if (s.width_px >= 8 * unknown[2] && std::abs(p.inside_px + out_px) >= (s.wide + s.narrow) / 2 * unknown[2])
@@ -108,7 +115,6 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
         r1 += weight * residual * by_bearing;
         r2 += weight * residual * m.by_blur;
         if (!has_doubt) continue;
-        // A lean moves the opposite side inwards.
         const Eigen::Vector2d by_doubts(s.by_width_px * (m.by_out + m.by_opposite),
                                         s.by_lean_px * (m.by_out - m.by_opposite));
         doubts_by_others += weight * by_doubts * Eigen::RowVector3d(by_range, by_bearing, m.by_blur);
@@ -152,12 +158,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       previous = before = 0;
       continue;
     }
-    const double range_part = s.by_range_pxpm / range_px;
-    const double bearing_part = s.by_bearing_pxprad / bearing_px;
-    const double wider_px = s.by_width_px * unknown[3];
-    const double leaning_px = s.by_lean_px * unknown[4];
-    const double out_px = range_part * unknown.x() + bearing_part * unknown.y() + wider_px + leaning_px;
-    const double opposite_px = range_part * unknown.x() - bearing_part * unknown.y() + wider_px - leaning_px;
+    const auto [range_part, bearing_part, out_px, opposite_px] = motion_of(s);
     double score = 0;
     double information = 0;
     for (int i = s.first; i < s.first + s.count; ++i) {

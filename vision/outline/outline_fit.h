@@ -27,6 +27,18 @@ struct Cylinder {
   double width_doubt = 0;
   /// Standard deviation of the angle by which its image leans, rad, for the same cause.
   double lean_doubt_rad = 0;
+
+  /// Returns the place of its axis in the body frame.
+  [[nodiscard]] Eigen::Vector2d place_m() const {
+    return {range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad)};
+  }
+  /// Returns the same cylinder at another place.
+  [[nodiscard]] Cylinder at(const Eigen::Vector2d& place_m) const {
+    Cylinder there = *this;
+    there.range_m = place_m.norm();
+    there.bearing_rad = std::atan2(place_m.y(), place_m.x());
+    return there;
+  }
 };
 
 /// The edge of a cylinder in a view's image: up one side, over the near rim of the top, down the other side. It is a
@@ -43,6 +55,7 @@ struct Outline {
   static constexpr int kSideSegments = 3;
   static constexpr int kArcSegments = 24;
   static constexpr int kVertices = 2 * kSideSegments + kArcSegments + 1;
+  static constexpr int kNear = kSideSegments + kArcSegments / 2;  ///< index of the near point
 
   struct Vertex {
     Eigen::Vector2d pixel_px;
@@ -58,7 +71,7 @@ struct Outline {
   std::array<Vertex, kVertices> vertices;
 
   /// Returns the near point of the top: the middle of the arc.
-  [[nodiscard]] const Vertex& near() const { return vertices[kSideSegments + kArcSegments / 2]; }
+  [[nodiscard]] const Vertex& near() const { return vertices[kNear]; }
   /// Returns the unit vector from the left side to the right one, at the ends of the arc.
   [[nodiscard]] Eigen::Vector2d across() const {
     return (vertices[kSideSegments + kArcSegments].pixel_px - vertices[kSideSegments].pixel_px).normalized();

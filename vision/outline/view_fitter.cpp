@@ -136,7 +136,8 @@ SampleReach reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, bl
 double least_radius_px(const MirrorView& mirror, const Cylinder& c) {
   const double wedge_rad = 2 * std::asin(std::min(0.9, c.radius_m / std::max(c.range_m, 1e-9)));
   const double wide_px = std::max(kLeastFitRadius_px, kLeastWidth_px / wedge_rad);
-  const auto top = mirror.project({c.range_m * std::cos(c.bearing_rad), c.range_m * std::sin(c.bearing_rad), c.top_m});
+  const Eigen::Vector2d place_m = c.place_m();
+  const auto top = mirror.project({place_m.x(), place_m.y(), c.top_m});
   return top ? std::min(wide_px, (*top - mirror.settings().centre_px).norm() / 2) : wide_px;
 }
 

@@ -58,18 +58,12 @@ std::vector<std::vector<ImageShare>> samples_of_rows(const CameraEffects& effect
     const double begin = opens_s(effects, row, height_px) / interval_s - 0.5;
     const double end = begin + std::max(effects.exposure_time_s / interval_s, 1e-3);
     const double last = count - 1;
-    double sum = 0;
-    std::vector<double> weights;
     for (int i = 0; i < count; ++i) {
       double weight = triangle_until(std::clamp(end, 0.0, last) - i) - triangle_until(std::clamp(begin, 0.0, last) - i);
       if (i == 0) weight += std::max(0.0, std::min(end, 0.0) - begin);
       if (i == count - 1) weight += std::max(0.0, end - std::max(begin, last));
-      weights.push_back(weight);
-      sum += weight;
-    }
-    constexpr double kNegligible = 1e-6;  // of a row's light
-    for (int i = 0; i < count; ++i) {
-      const double share = weights[std::size_t(i)] / sum;
+      constexpr double kNegligible = 1e-6;  // of a row's light
+      const double share = weight / (end - begin);
       if (share > kNegligible) shares.push_back({i, static_cast<float>(share)});
     }
   }
