@@ -29,10 +29,14 @@ for kind in "uncalibrated 1000" "calibrated 200 --calibrate"; do
 done
 
 # ------------------------------------------------- the finder, from wrong and absent rigs ----
+# run_to FOLDER ARGUMENT...: a run, without what an interrupted one left there
+run_to() {
+  rm -rf "$1"
+  "$twocone" run --out "$@"
+}
 ideal=()
 for robot in lab hall workshop; do
-  if [ ! -f "$work/ideal_$robot.status" ]; then rm -rf "$work/ideal_$robot"; fi
-  step "ideal_$robot" "$twocone" run --robot "robots/${robot}_sim.yaml" --frames 120 --seed 3 --out "$work/ideal_$robot"
+  step "ideal_$robot" run_to "$work/ideal_$robot" --robot "robots/${robot}_sim.yaml" --frames 120 --seed 3
   ideal+=("$work/ideal_$robot")
 done
 step found build/release/bench/first_day_bench --work "$work/found" "${ideal[@]}"
@@ -88,8 +92,7 @@ row "calibrated numbers of rendered robots inside the model against the truth (f
 # ------------------------------------------------------------------- ideal lab ----
 for kind in "plain 1 0.52" "smooth 3 0.16"; do
   read -r name rays limit <<<"$kind"
-  if [ ! -f "$work/lab_$name.status" ]; then rm -rf "$work/lab_$name"; fi
-  step "lab_$name" "$twocone" run --robot robots/lab_sim.yaml --frames 450 --set "cameras.lower.antialias=$rays" --set "cameras.upper.antialias=$rays" --out "$work/lab_$name"
+  step "lab_$name" run_to "$work/lab_$name" --robot robots/lab_sim.yaml --frames 450 --set "cameras.lower.antialias=$rays" --set "cameras.upper.antialias=$rays"
   mean=$(jq -r '.fix.position_error.mean_m // empty' "$work/lab_$name/summary.json" 2>/dev/null || true)
   row "ideal lab, 450 frames, $name: mean position error" "${mean:+$(fixed 3 "$(jq -n "1e3 * $mean")") mm}" "at most $limit mm" "$(holds "\"$mean\" != \"\" && 1e3 * ${mean:-1} <= $limit")"
   step "many_$name" build/release/bench/many_frames --frames 10000 --antialias "$rays" --rows "$work/many_$name.csv" --json "$work/many_$name.json" robots/lab_sim.yaml

@@ -34,10 +34,11 @@ def rigid_motion(from_map, to_map):
 
 
 def frames(run):
-    """Yields each frame of a run: its row of fixes.csv and the true place and heading."""
+    """Yields each frame of a run: its row of fixes.csv and the true place and heading. An ambiguous frame has several rows."""
     truth = [[float(v) for v in line.split()] for line in open(f"{run}/truth.tum") if not line.startswith("#")]
-    for row, pose in zip(csv.DictReader(open(f"{run}/fixes.csv")), truth):
-        yield row, complex(pose[1], pose[2]), 2 * math.atan2(pose[6], pose[7])
+    rows = {int(row["frame"]): row for row in csv.DictReader(open(f"{run}/fixes.csv"))}
+    for frame, pose in enumerate(truth):
+        yield rows[frame], complex(pose[1], pose[2]), 2 * math.atan2(pose[6], pose[7])
 
 
 def squared_sigmas(off, row):
