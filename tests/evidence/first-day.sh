@@ -88,6 +88,15 @@ figures numbers numbers "${inside[@]}"
 row "calibrated numbers of rendered robots inside the model against the truth (findings A.14)" \
   "$(of_robots numbers within) of $(of_robots numbers count) within 4 sigma; farthest: $(of_robots numbers farthest)" "all" \
   "$(holds "\"$(of_robots numbers count)\" ~ /[1-9]/ && $(of_robots numbers within) + 0 == $(of_robots numbers count) + 0")"
+for folder in "${inside[@]}"; do
+  name=$(basename "$folder")
+  step "compared_$name" "$twocone" compare "$work/ideal_${name%_*}" "$folder/drive" --no-page --every 6 --out "$folder/compared"
+done
+figures causes causes "${inside[@]}"
+row "compare of these robots' first drives with the ideal robot's: numbers of the causes that it names, against the truth" \
+  "$(of_robots causes named) causes, invented: $(of_robots causes invented); $(of_robots causes within) of $(of_robots causes count) numbers within 4 sigma; farthest: $(of_robots causes farthest)" \
+  "all, none invented" \
+  "$(holds "\"$(of_robots causes count)\" ~ /[1-9]/ && $(of_robots causes within) + 0 == $(of_robots causes count) + 0 && \"$(of_robots causes invented)\" == \"none\"")"
 
 # ------------------------------------------------------------------- ideal lab ----
 for kind in "plain 1 0.52" "smooth 3 0.16"; do

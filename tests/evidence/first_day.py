@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of rendered robots as built (first-day.sh), against the truth that `twocone as-built` wrote.
 
-  first_day.py KIND FOLDER...   KIND: uncalibrated, calibrated or numbers; FOLDER: one robot, with the files of
+  first_day.py KIND FOLDER...   KIND: uncalibrated, calibrated, numbers or causes; FOLDER: one robot, with the files of
                                 first-day.sh
 
 Prints lines KEY VALUE. Position errors are given in the map's true frame, and after the rigid motion that brings the
@@ -127,33 +127,62 @@ def true_numbers(file):
     return true
 
 
+def show_distances(distances):
+    """Prints how many of these distances from the truth, (sigmas, name), are within 4 sigma, and the farthest."""
+    far = sorted(distances, key=lambda d: -abs(d[0]))
+    print("count", len(far))
+    print("within", sum(abs(sigmas) <= 4 for sigmas, _ in far))
+    print("farthest", ", ".join(f"{name} {sigmas:.1f}" for sigmas, name in far[:3]))
+
+
+def off(value, true, name):
+    return math.remainder(value - true, math.tau) if name.endswith("minus_lower_rad") else value - true
+
+
 def numbers(folders):
     """Compares what calibrate observed with the truth. Slip shortens the wheels' way, so their radius is left out."""
-    within = count = 0
-    far = []
+    distances = []
     for folder in folders:
         if not os.path.exists(f"{folder}/calibrated.calibration.json"):
             continue
         true = true_numbers(f"{folder}/built.yaml")
         for p in json.load(open(f"{folder}/calibrated.calibration.json"))["parameters"]:
-            if not p["observed"] or p["name"] not in true:
+            if p["observed"] and p["name"] in true:
+                sigmas = off(p["after"], true[p["name"]], p["name"]) / p["sigma"]
+                distances.append((sigmas, f"{os.path.basename(folder)} {p['name']}"))
+    show_distances(distances)
+
+
+def causes(folders):
+    """Compares the causes that compare names with the truth: the real robot's number of each."""
+    to_si = {"deg": math.pi / 180, "mm": 1e-3, "ms": 1e-3}
+    distances, named = [], 0
+    # Neither robot has these: none loses a frame, and stamps say nothing of what is late.
+    invented = []
+    for folder in folders:
+        if not os.path.exists(f"{folder}/compared/compare.json"):
+            continue
+        true = true_numbers(f"{folder}/built.yaml")
+        for source in json.load(open(f"{folder}/compared/compare.json"))["sources"]:
+            if source["verdict"] != "differs":
                 continue
-            off = p["after"] - true[p["name"]]
-            if p["name"].endswith("minus_lower_rad"):
-                off = math.remainder(off, math.tau)
-            off /= p["sigma"]
-            count += 1
-            within += abs(off) <= 4
-            far.append((abs(off), f"{os.path.basename(folder)} {p['name']} {off:.1f}"))
-    print("count", count)
-    print("within", within)
-    print("farthest", ", ".join(text for _, text in sorted(far)[:-4:-1]))
+            named += 1
+            if source["name"].endswith("frames lost") or source["name"] in ("frame rate", "stamped skew"):
+                invented.append(f"{os.path.basename(folder)} {source['name']}")
+            for c in source["components"]:
+                if c["name"] in true:
+                    unit = to_si.get(c["unit"], 1)
+                    sigmas = off(c["real"] * unit, true[c["name"]], c["name"]) / (c["sigma"] * unit)
+                    distances.append((sigmas, f"{os.path.basename(folder)} {c['name']}"))
+    print("named", named)
+    print("invented", ", ".join(invented) or "none")
+    show_distances(distances)
 
 
 def main():
     kind, folders = sys.argv[1], sys.argv[2:]
-    if kind == "numbers":
-        return numbers(folders)
+    if kind in ("numbers", "causes"):
+        return {"numbers": numbers, "causes": causes}[kind](folders)
     figures = Figures()
     for folder in folders:
         runs, motion = [f"{folder}/drive"], None
