@@ -94,7 +94,7 @@ for folder in "${inside[@]}"; do
 done
 figures causes causes "${inside[@]}"
 row "compare of these robots' first drives with the ideal robot's: numbers of the causes that it names, against the truth" \
-  "$(of_robots causes named) causes, invented: $(of_robots causes invented); $(of_robots causes within) of $(of_robots causes count) numbers within 4 sigma; farthest: $(of_robots causes farthest)" \
+  "$(of_robots causes named) causes; lost frames, rates and stamps that are not there: $(of_robots causes invented); $(of_robots causes within) of $(of_robots causes count) numbers within 4 sigma; farthest: $(of_robots causes farthest)" \
   "all, none invented" \
   "$(holds "\"$(of_robots causes count)\" ~ /[1-9]/ && $(of_robots causes within) + 0 == $(of_robots causes count) + 0 && \"$(of_robots causes invented)\" == \"none\"")"
 

@@ -135,6 +135,13 @@ def show_distances(distances):
     print("farthest", ", ".join(f"{name} {sigmas:.1f}" for sigmas, name in far[:3]))
 
 
+def with_truth(folders, file):
+    """Yields name, true numbers and the parsed JSON file of each robot that has one."""
+    for folder in folders:
+        if os.path.exists(f"{folder}/{file}"):
+            yield os.path.basename(folder), true_numbers(f"{folder}/built.yaml"), json.load(open(f"{folder}/{file}"))
+
+
 def off(value, true, name):
     return math.remainder(value - true, math.tau) if name.endswith("minus_lower_rad") else value - true
 
@@ -142,14 +149,11 @@ def off(value, true, name):
 def numbers(folders):
     """Compares what calibrate observed with the truth. Slip shortens the wheels' way, so their radius is left out."""
     distances = []
-    for folder in folders:
-        if not os.path.exists(f"{folder}/calibrated.calibration.json"):
-            continue
-        true = true_numbers(f"{folder}/built.yaml")
-        for p in json.load(open(f"{folder}/calibrated.calibration.json"))["parameters"]:
+    for robot, true, calibration in with_truth(folders, "calibrated.calibration.json"):
+        for p in calibration["parameters"]:
             if p["observed"] and p["name"] in true:
                 sigmas = off(p["after"], true[p["name"]], p["name"]) / p["sigma"]
-                distances.append((sigmas, f"{os.path.basename(folder)} {p['name']}"))
+                distances.append((sigmas, f"{robot} {p['name']}"))
     show_distances(distances)
 
 
@@ -159,21 +163,18 @@ def causes(folders):
     distances, named = [], 0
     # Neither robot has these: none loses a frame, and stamps say nothing of what is late.
     invented = []
-    for folder in folders:
-        if not os.path.exists(f"{folder}/compared/compare.json"):
-            continue
-        true = true_numbers(f"{folder}/built.yaml")
-        for source in json.load(open(f"{folder}/compared/compare.json"))["sources"]:
+    for robot, true, comparison in with_truth(folders, "compared/compare.json"):
+        for source in comparison["sources"]:
             if source["verdict"] != "differs":
                 continue
             named += 1
             if source["name"].endswith("frames lost") or source["name"] in ("frame rate", "stamped skew"):
-                invented.append(f"{os.path.basename(folder)} {source['name']}")
+                invented.append(f"{robot} {source['name']}")
             for c in source["components"]:
                 if c["name"] in true:
                     unit = to_si.get(c["unit"], 1)
                     sigmas = off(c["real"] * unit, true[c["name"]], c["name"]) / (c["sigma"] * unit)
-                    distances.append((sigmas, f"{os.path.basename(folder)} {c['name']}"))
+                    distances.append((sigmas, f"{robot} {c['name']}"))
     print("named", named)
     print("invented", ", ".join(invented) or "none")
     show_distances(distances)
