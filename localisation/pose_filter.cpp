@@ -15,19 +15,10 @@
 #include "localisation/chi_squared.h"
 #include "localisation/covariance.h"
 #include "localisation/least_squares/posterior.h"
+#include "localisation/wheel_step.h"
 
 namespace twocone::localisation {
 namespace {
-
-// Indices into the state.
-enum Index : int { kX, kY, kHeading, kLeftSlip, kRightSlip, kLeftReading, kRightReading, kBendState };
-
-/// d sinc(u) / du = (u cos u - sin u) / u^2. Below 0.02 three terms of its series are accurate to 1e-17, where the
-/// quotient would lose eps / u by cancellation.
-double sinc_slope(double u) {
-  if (std::abs(u) < 0.02) return u * (-1 / 3.0 + u * u * (1 / 30.0 - u * u / 840));
-  return (u * std::cos(u) - std::sin(u)) / (u * u);
-}
 
 /// A consistent fix with at least this many more numbers than unknowns is checked by itself. Two landmarks never have
 /// so many.
@@ -73,90 +64,28 @@ PoseHypothesis::PoseHypothesis(const PoseEstimate& start, const OdometryNoise& n
         start.pose.x_m, start.pose.y_m, start.pose.heading_rad, start.covariance(0, 0), start.covariance(1, 1),
         start.covariance(2, 2));
   }
-  covariance_.setZero();
+  covariance_ = start_covariance(noise);
   covariance_.topLeftCorner<3, 3>() = start.covariance / 2 + start.covariance.transpose() / 2;
-  covariance_(kBendState, kBendState) = 1;
-  covariance_(kLeftSlip, kLeftSlip) = covariance_(kRightSlip, kRightSlip) = noise.slip * noise.slip;
-  covariance_(kLeftReading, kLeftReading) = covariance_(kRightReading, kRightReading) =
-      noise.angle_rad * noise.angle_rad;
   count_shared_errors(by_shared.cols());
   if (by_shared.cols() > 0) by_shared_.topRows<3>() = by_shared;
 }
 
 void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, const WheelGeometry& wheels,
                              const OdometryNoise& noise, const BySharedErrors<3>& wheels_by_shared) {
-  const double r = wheels.radius_m;
-  // A reading is the angle plus its error. The travel is that of the readings' difference, minus the new error
-  // (expected value 0) and plus the old one.
-  const double left_seen_m = r * (left_rad + state_[kLeftReading]);
-  const double right_seen_m = r * (right_rad + state_[kRightReading]);
-  const double left_m = left_seen_m * (1 + state_[kLeftSlip]);
-  const double right_m = right_seen_m * (1 + state_[kRightSlip]);
-  const Pose before{state_[kX], state_[kY], state_[kHeading]};
-  const Pose after = drive_arc(before, left_m, right_m, wheels.separation_m);
-
-  const double way_m = (left_m + right_m) / 2;
-  const double half_turn = (right_m - left_m) / wheels.separation_m / 2;
-  const double c = std::cos(before.heading_rad + half_turn);
-  const double s = std::sin(before.heading_rad + half_turn);
-  const double chord = sinc(half_turn);
-  const double slope = sinc_slope(half_turn);
-  const Eigen::Vector3d by_way(chord * c, chord * s, 0);
-  const Eigen::Vector3d by_turn(way_m * (slope * c - chord * s) / 2, way_m * (slope * s + chord * c) / 2, 1);
-  const Eigen::Vector3d by_left_m = by_way / 2 - by_turn / wheels.separation_m;
-  const Eigen::Vector3d by_right_m = by_way / 2 + by_turn / wheels.separation_m;
-
-  const double kept = std::exp(-dt_s / noise.correlation_s);
-  Matrix f = Matrix::Zero();
-  f.topLeftCorner<3, 3>().setIdentity();
-  f(kX, kHeading) = -way_m * chord * s;
-  f(kY, kHeading) = way_m * chord * c;
-  f.block<3, 1>(0, kLeftSlip) = by_left_m * left_seen_m;
-  f.block<3, 1>(0, kRightSlip) = by_right_m * right_seen_m;
-  f.block<3, 1>(0, kLeftReading) = by_left_m * r * (1 + state_[kLeftSlip]);
-  f.block<3, 1>(0, kRightReading) = by_right_m * r * (1 + state_[kRightSlip]);
-  f(kLeftSlip, kLeftSlip) = f(kRightSlip, kRightSlip) = kept;
-  f(kBendState, kBendState) = 1;
-
-  // The new readings' errors enter the pose with the opposite sign of the old ones, and replace them in the state.
-  Eigen::Matrix<double, 8, 2> g = Eigen::Matrix<double, 8, 2>::Zero();
-  g.block<3, 1>(0, 0) = -f.block<3, 1>(0, kLeftReading);
-  g.block<3, 1>(0, 1) = -f.block<3, 1>(0, kRightReading);
-  g(kLeftReading, 0) = g(kRightReading, 1) = 1;
-
-  // The heading's variance over the path is taken as the mean of both ends, more than that of an evenly growing error.
-  const double reading2 = noise.angle_rad * noise.angle_rad;
-  const double heading2 =
-      (covariance_(kHeading, kHeading) + f.row(kHeading).dot(covariance_ * f.row(kHeading).transpose()) +
-       reading2 * g.row(kHeading).squaredNorm()) /
-      2;
-  f.block<3, 1>(0, kBendState) = -kBend * heading2 * way_m * by_way;
-
-  Matrix p = f * covariance_ * f.transpose() + reading2 * g * g.transpose();
-  // This is 1 - kept^2 without cancellation.
-  const double renewed = -std::expm1(-2 * dt_s / noise.correlation_s) * noise.slip * noise.slip;
-  p(kLeftSlip, kLeftSlip) += renewed;
-  p(kRightSlip, kRightSlip) += renewed;
-  // Information from fixes on the bend belongs to an earlier heading error, so it is discarded.
-  p(kBendState, kBendState) = 1;
-  Cross by_shared = f * by_shared_;
+  const WheelStep step = wheel_step(state_, covariance_, dt_s, left_rad, right_rad, wheels, noise);
+  Matrix p = step.covariance(covariance_, noise);
+  Cross by_shared = step.by_state * by_shared_;
   if (wheels_by_shared.cols() > 0) {
     count_shared_errors(wheels_by_shared.cols());
     if (by_shared.cols() == 0) by_shared = by_shared_;
     // The true wheels travel farther than the believed ones by their errors, so the estimate falls behind.
-    Eigen::Matrix3d by_wheels;
-    by_wheels << by_left_m * left_m, by_right_m * right_m, by_turn * (-2 * half_turn / wheels.separation_m);
     Cross added = Cross::Zero(8, by_shared.cols());
-    added.topRows<3>() = -by_wheels * wheels_by_shared;
+    added.topRows<3>() = -step.by_wheels * wheels_by_shared;
     const Matrix common = by_shared * added.transpose();
     p += common + common.transpose() + added * added.transpose();
     by_shared += added;
   }
-  Vector next;
-  next << after.x_m, after.y_m, after.heading_rad, kept * state_[kLeftSlip], kept * state_[kRightSlip], 0, 0,
-      state_[kBendState];
-  next.head<3>() += f.block<3, 1>(0, kBendState) * state_[kBendState];
-  if (!next.allFinite() || !p.allFinite() || !(p.diagonal().minCoeff() >= 0)) {
+  if (!step.state.allFinite() || !p.allFinite() || !(p.diagonal().minCoeff() >= 0)) {
     throw base::InvalidArgument(
         "PoseHypothesis::predict: {} rad of the left and {} rad of the right wheel in {} s exceed the "
         "range of numbers",
@@ -164,7 +93,7 @@ void PoseHypothesis::predict(double dt_s, double left_rad, double right_rad, con
   }
   covariance_ = p / 2 + p.transpose() / 2;  // halved first: a sum may overflow
   by_shared_ = by_shared;
-  state_ = next;
+  state_ = step.state;
 }
 
 void PoseHypothesis::count_shared_errors(Eigen::Index count) {

@@ -13,6 +13,7 @@
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
 #include "vision/rim.h"
+#include "vision/uncertain_rig.h"
 
 namespace twocone::vision {
 
@@ -43,6 +44,15 @@ struct CalibrationFrame {
   /// images count as taken at the frame's time. If the true skew is not 0, such frames bias the rig's parameters, so
   /// keep them few.
   std::optional<BodyTwist> twist;
+  /// Pose (x m, y m, heading rad) in the world from which the solution starts. Empty: from the sightings.
+  std::optional<Eigen::Vector3d> start{};
+};
+
+/// The distance between the axes of two landmarks, as a tape measures it.
+struct MeasuredDistance {
+  std::size_t from = 0, to = 0;  ///< indices into CalibrationProblem::landmarks, different
+  double distance_m = 0;         ///< > 0
+  double sigma_m = 0;            ///< > 0
 };
 
 /// The believed parameters of the wheels, and how far they are trusted.
@@ -105,6 +115,13 @@ struct CalibrationProblem {
   /// how much older both views' images are than their stamps.
   bool fit_timing = false;
   std::array<int, 2> height_px{};  ///< of the images, lower and upper; below 2: no readout of that view. >= 0
+  /// The first frame that is used stays at its start pose, which defines the world. Without it, only the landmarks'
+  /// priors do.
+  bool holds_first_pose = false;
+  std::vector<MeasuredDistance> distances{};
+  /// The rig and its exposures are held as they are believed, with these errors (of rig and times), which count in all
+  /// covariances. Priors of the rig are not used then. Empty: they are estimated.
+  std::optional<BeliefErrors> held_rig{};
 };
 
 /// A parameter of the rig before and after the calibration, in the unit that its name states.
@@ -215,8 +232,9 @@ bool can_calibrate();
 /// * Skew and readout move a landmark's image by the body's motion in that time: changing speed and turn rate separate
 ///   them from the upper view's azimuth and offset and from tilts. Latency shifts both ends of the wheels' motion
 ///   alike: a drive at one speed along one arc does not determine it.
-/// * If landmarks are not trusted, only their priors determine their common translation and rotation, and only the
-///   wheels' radius and the heights determine their common scale.
+/// * If landmarks are not trusted, only their priors, or a first pose that is held, determine their common translation
+///   and rotation, and only the mirrors' sizes, the wheels' radius, the heights and measured distances determine their
+///   common scale.
 ///
 /// For a sighting taken tau after its frame's time, the pose is moved along the frame's twist by tau, on the chord of
 /// the arc. This neglects (omega tau)^2 / 24 of the distance, and a tau^2 / 2 for a change of speed a: 0.2 mm at
@@ -230,7 +248,8 @@ bool can_calibrate();
 /// @throws std::invalid_argument naming each value outside its domain: a landmark's index, place, top or radius, a
 /// pixel that is not finite, a covariance that is not positive definite, priors and wheels that are not > 0, wheel
 /// readings that are not finite or run backwards, twists and times that are not finite, a rim's circle or sigmas, a
-/// systematic_px, distortion_sigma or height_px that is not >= 0
+/// systematic_px, distortion_sigma or height_px that is not >= 0, a start pose that is not finite, a distance or its
+/// sigma that is not > 0 or is not between two landmarks
 CalibrationResult calibrate(const CalibrationProblem& problem);
 
 /// A landmark's shift minus the shift that the best common translation, rotation and scale of the other landmarks

@@ -36,8 +36,9 @@ double saturation(const std::array<double, 3>& rgb) {
   return greatest > 0 ? (greatest - least) / greatest : 0;
 }
 
+double hue_rad(const std::array<double, 3>& rgb) { return saturation(rgb) > 0 ? hue_of(rgb[0], rgb[1], rgb[2]) : 0; }
+
 double hue_distance_rad(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  const auto hue_rad = [](const std::array<double, 3>& c) { return saturation(c) > 0 ? hue_of(c[0], c[1], c[2]) : 0; };
   return hue_distance(hue_rad(a), hue_rad(b));
 }
 

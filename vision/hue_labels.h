@@ -16,6 +16,9 @@ namespace twocone::vision {
 
 /// Returns (max - min) / max of a colour in linear light, 0 of black.
 double saturation(const std::array<double, 3>& rgb);
+/// Returns the hexagonal hue of a colour in linear light (as in HSV: red 0, green 120 degrees), in [-pi/3, 5 pi/3).
+/// Grey counts as red.
+double hue_rad(const std::array<double, 3>& rgb);
 /// Returns the angle between the hexagonal hues of two colours in linear light (hue as in HSV), 0 to pi. Grey counts as
 /// red.
 double hue_distance_rad(const std::array<double, 3>& a, const std::array<double, 3>& b);
@@ -45,6 +48,8 @@ class HueLabels {
   /// Returns whether another colour's hue lies within kHueWindow_rad of colour k's, so that pixels cannot distinguish
   /// the two safely.
   [[nodiscard]] bool is_ambiguous(std::size_t k) const { return ambiguous_.at(k); }
+  /// Returns the number of colours.
+  [[nodiscard]] std::size_t size() const { return hues_rad_.size(); }
 
  private:
   [[nodiscard]] std::uint8_t label_of(double hue_rad) const;
@@ -60,6 +65,8 @@ class ColourTable {
   explicit ColourTable(const std::vector<Eigen::Vector3d>& colours);
 
   [[nodiscard]] bool is_ambiguous(std::size_t k) const { return hues_.is_ambiguous(k); }
+  /// Returns the number of colours.
+  [[nodiscard]] std::size_t size() const { return hues_.size(); }
 
   /// Returns 0 for no colour, k + 1 for colour k: HueLabels of the colour with its last three bits rounded. It serves
   /// for searching, not for measuring.

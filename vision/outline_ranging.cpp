@@ -45,6 +45,7 @@ constexpr double kBeliefSigmas = 3;
 struct Seen {
   std::array<OutlineSearch, 2> looks;
   std::array<std::optional<Sighting>, 2> found;
+  bool has_twins = false;  ///< other targets have its colour, and its place is not expected
   bool has_rivals = false;
   bool is_too_wide = false;              ///< Rivals::kBeside in one view
   std::array<double, 2> width_doubts{};  ///< Cylinder::width_doubt of either view
@@ -60,6 +61,50 @@ std::string_view to_string(Stage stage) {
   return kNames.at(std::size_t(stage));
 }
 
+namespace {
+
+/// Returns for each target the index of its colour among the distinct ones.
+std::vector<std::size_t> hues_of(const std::vector<Landmark>& targets) {
+  std::vector<std::size_t> hues;
+  std::size_t distinct = 0;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const auto same = std::find_if(targets.begin(), targets.begin() + std::ptrdiff_t(k),
+                                   [&](const Landmark& other) { return other.colour == targets[k].colour; });
+    const auto first = std::size_t(same - targets.begin());
+    hues.push_back(first == k ? distinct++ : hues[first]);
+  }
+  return hues;
+}
+
+std::vector<Eigen::Vector3d> distinct_colours(const std::vector<Landmark>& targets,
+                                              const std::vector<std::size_t>& hues) {
+  std::vector<Eigen::Vector3d> colours;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    if (hues[k] == colours.size()) colours.emplace_back(targets[k].colour.data());
+  }
+  return colours;
+}
+
+/// Returns what was found within kExpectedWithin_rad of a direction in the image.
+Found within(const Found& found, double angle_rad) {
+  Found near;
+  constexpr double kPerBin_rad = 2 * std::numbers::pi / Finder::kBins;
+  for (const Candidate& candidate : found.candidates) {
+    if (std::abs(base::wrap_angle_rad(candidate.angle_rad - angle_rad)) <= kExpectedWithin_rad) {
+      near.candidates.push_back(candidate);
+    }
+  }
+  if (near.candidates.empty()) return near;
+  near.area_px = found.area_px;
+  for (std::size_t bin = 0; bin < near.area_px.size(); ++bin) {
+    const double apart_rad = base::wrap_angle_rad((double(bin) + 0.5) * kPerBin_rad - angle_rad);
+    if (std::abs(apart_rad) > kExpectedWithin_rad) near.area_px[bin] = 0;
+  }
+  return near;
+}
+
+}  // namespace
+
 struct OutlineRanging::Impl {
   Impl(const Rig& the_rig, const std::vector<Landmark>& all, cv::Size lower_size, cv::Size upper_size,
        const std::vector<std::size_t>& which, const BeliefErrors& errors)
@@ -69,7 +114,8 @@ struct OutlineRanging::Impl {
         by_shared(errors.landmarks.empty() ? std::vector<BySharedErrors<kLandmarkNumbers>>(all.size())
                                            : errors.landmarks),
         targets(all),
-        table(colours_of(all)),
+        hues(hues_of(all)),
+        table(distinct_colours(all, hues)),
         views{ViewFitter(belief.rig().lower, lower_size, table), ViewFitter(belief.rig().upper, upper_size, table)},
         wanted(all.size(), which.empty()) {
     check(targets, lower_size, upper_size);
@@ -131,11 +177,16 @@ struct OutlineRanging::Impl {
     return readout_share(seen, views[view].size().height);
   }
 
+  /// Returns whether another target has the same colour, or one that pixels cannot distinguish from it.
+  [[nodiscard]] bool is_same_colour(std::size_t k) const { return table.is_ambiguous(hues[k]); }
+  [[nodiscard]] bool shares_hue(std::size_t k) const { return std::ranges::count(hues, hues[k]) > 1; }
+
   UncertainRig belief;
   BySharedErrors<kTimeNumbers> times;                       ///< BeliefErrors::times
   double sighting_px;                                       ///< BeliefErrors::sighting_px
   std::vector<BySharedErrors<kLandmarkNumbers>> by_shared;  ///< of each target
   std::vector<Landmark> targets;
+  std::vector<std::size_t> hues;  ///< of each target: index into the table's colours
   ColourTable table;
   std::array<ViewFitter, 2> views;
   std::vector<bool> wanted;
@@ -144,15 +195,47 @@ struct OutlineRanging::Impl {
 
 struct FrameObservation::Impl {
   Impl(const OutlineRanging::Impl& the_ranging, const cv::Mat& lower, const cv::Mat& upper,
-       const std::optional<FrameMotion>& the_motion)
+       const std::optional<FrameMotion>& the_motion, const ExpectedPlaces& expected)
       : ranging(the_ranging), images{lower, upper}, motion(the_motion), all(ranging.targets.size()) {
     check_image("OutlineRanging", "lower", lower, ranging.views[0].size());
     check_image("OutlineRanging", "upper", upper, ranging.views[1].size());
     std::array<std::vector<Found>, 2> found;
     for (std::size_t view = 0; view < 2; ++view) {
-      found[view] = ranging.views[view].finder().find(images[view], ranging.table, ranging.wanted);
+      std::vector<bool> wanted(ranging.table.size(), false);
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        if (ranging.wanted[k]) wanted[ranging.hues[k]] = true;
+      }
+      found[view] = ranging.views[view].finder().find(images[view], ranging.table, wanted);
     }
-    for (std::size_t k = 0; k < all.size(); ++k) choose(k, {&found[0][k], &found[1][k]});
+    if (!expected.empty() && expected.size() != all.size()) {
+      throw base::InvalidArgument("method outline: {} expected places, must be of {} targets or none", expected.size(),
+                                  all.size());
+    }
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (!ranging.wanted[k]) continue;
+      const std::size_t hue = ranging.hues[k];
+      if (!expected.empty() && expected[k]) {
+        const std::array near{within_expected(k, 0, found[0][hue], *expected[k]),
+                              within_expected(k, 1, found[1][hue], *expected[k])};
+        choose(k, {near.data(), &near[1]});
+      } else if (ranging.shares_hue(k)) {
+        all[k].has_twins = true;
+      } else {
+        choose(k, {&found[0][hue], &found[1][hue]});
+      }
+    }
+  }
+
+  /// Returns the regions of a landmark's colour in the direction in which a view shows an expected place; all of them
+  /// where it cannot show the place.
+  [[nodiscard]] Found within_expected(std::size_t k, std::size_t view, const Found& all_found,
+                                      const Eigen::Vector2d& place_m) const {
+    const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
+    const Landmark& target = ranging.targets[k];
+    const auto shown = mirror.project_with_jacobian({place_m.x(), place_m.y(), target.top_m}, Rim::kGoesOn);
+    if (!shown) return all_found;
+    const Eigen::Vector2d from_tip = shown->pixel_px - mirror.settings().centre_px;
+    return within(all_found, std::atan2(from_tip.y(), from_tip.x()));
   }
 
   [[nodiscard]] std::vector<const OutlineSearch*> looks(std::size_t view) const {
@@ -178,7 +261,7 @@ struct FrameObservation::Impl {
   /// Chooses the candidates of both views that may be one landmark.
   void choose(std::size_t k, const std::array<const Found*, 2>& found) {
     Seen& seen = all[k];
-    if (ranging.table.is_ambiguous(k)) return;
+    if (ranging.is_same_colour(k)) return;
     std::array<const Candidate*, 2> chosen{};
     const Eigen::Index errors = std::max(ranging.belief.errors(), ranging.by_shared[k].cols());
     std::array<Eigen::RowVectorXd, 2> by_shared{Eigen::RowVectorXd::Zero(errors), Eigen::RowVectorXd::Zero(errors)};
@@ -231,7 +314,7 @@ struct FrameObservation::Impl {
     if (!look.candidate || look.is_truncated) return;
     const Landmark& target = ranging.targets[k];
     const ViewFitter& fitter = ranging.views[view];
-    const OutlineTask task{k, images[view], look, edge_samples};
+    const OutlineTask task{ranging.hues[k], images[view], look, edge_samples};
     if (seen.expected) {
       const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
       Cylinder expected = ranging.when_exposed(view, *seen.expected, motion);
@@ -251,7 +334,7 @@ struct FrameObservation::Impl {
       all[k].stages[view] = Stage::kFine;
       OutlineSearch& look = all[k].looks[view];
       if (common && look.fit && !look.is_fine) {
-        ranging.views[view].fit_fine({k, images[view], look, edge_samples}, *common);
+        ranging.views[view].fit_fine({ranging.hues[k], images[view], look, edge_samples}, *common);
       }
     }
   }
@@ -288,7 +371,7 @@ struct FrameObservation::Impl {
       for (std::size_t view = 0; view < 2; ++view) {
         const ViewFitter& fitter = ranging.views[view];
         const Candidate& candidate = *looks[view].candidate;
-        fitter.fit_coarse({k, images[view], looks[view], own_samples}, start);
+        fitter.fit_coarse({ranging.hues[k], images[view], looks[view], own_samples}, start);
         const OutlineVerdict judged = ViewFitter::judge({&looks[view]}).front();
         if (judged.sighting) {
           if (judged.is_narrow || judged.is_wide) return false;
@@ -314,7 +397,7 @@ struct FrameObservation::Impl {
     const OutlineVerdict& lower = judged[0];
     const OutlineVerdict& upper = judged[1];
     if (!ranging.wanted[k]) return m;
-    if (ranging.table.is_ambiguous(k)) return with_verdict(m, RangeVerdict::kSameColour);
+    if (ranging.is_same_colour(k) || seen.has_twins) return with_verdict(m, RangeVerdict::kSameColour);
     if (seen.has_rivals) return with_verdict(m, RangeVerdict::kTwoCandidates);
     if (seen.is_too_wide) {
       return with_verdict(m, shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates);
@@ -426,13 +509,15 @@ OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targ
     : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted, errors)) {}
 
 FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper,
-                                      const std::optional<FrameMotion>& motion) const {
-  return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper, motion));
+                                      const std::optional<FrameMotion>& motion,
+                                      const ExpectedPlaces& expected) const {
+  return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper, motion, expected));
 }
 
 std::vector<RangeMeasurement> OutlineRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
-                                                      const std::optional<FrameMotion>& motion) const {
-  FrameObservation observation = look(lower, upper, motion);
+                                                      const std::optional<FrameMotion>& motion,
+                                                      const ExpectedPlaces& expected) const {
+  FrameObservation observation = look(lower, upper, motion, expected);
   std::vector<std::size_t> all(impl_->targets.size());
   std::iota(all.begin(), all.end(), std::size_t(0));
   observation.take(all, Stage::kFine);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -29,6 +30,11 @@ enum class Stage {
 std::string_view to_string(Stage stage);
 
 enum class Views { kBoth, kLower, kUpper };
+
+/// The places of landmarks in the body frame at a frame's time, as they are expected before they are looked for: for
+/// each target, or for none of them. Directions must be accurate to kExpectedWithin_rad.
+using ExpectedPlaces = std::vector<std::optional<Eigen::Vector2d>>;
+constexpr double kExpectedWithin_rad = 8 * std::numbers::pi / 180;
 
 class OutlineRanging;
 
@@ -107,8 +113,11 @@ class OutlineRanging {
 
   /// Runs the finder on both images. @param lower,upper as for measure()
   /// @param motion nothing: the body stands
+  /// @param expected a target that has a place is sought in its direction only, so that targets may share a colour.
+  /// @throws std::invalid_argument also for places of another number than the targets
   [[nodiscard]] FrameObservation look(const cv::Mat& lower, const cv::Mat& upper,
-                                      const std::optional<FrameMotion>& motion = {}) const;
+                                      const std::optional<FrameMotion>& motion = {},
+                                      const ExpectedPlaces& expected = {}) const;
 
   /// Calls look() and measures all landmarks to kFine.
   /// Returns one measurement for each target, in their order, with range, bearing, covariance and sightings where they
@@ -116,7 +125,8 @@ class OutlineRanging {
   /// which they are exposed (Rig::exposures).
   /// @param lower,upper CV_8UC3, r g b, sRGB-coded. @throws std::invalid_argument for another type or size
   [[nodiscard]] std::vector<RangeMeasurement> measure(const cv::Mat& lower, const cv::Mat& upper,
-                                                      const std::optional<FrameMotion>& motion = {}) const;
+                                                      const std::optional<FrameMotion>& motion = {},
+                                                      const ExpectedPlaces& expected = {}) const;
 
  private:
   friend class FrameObservation;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
@@ -12,6 +14,13 @@
 #include "vision/ranging.h"
 
 namespace twocone::vision {
+
+/// The width of a landmark in one view: the distance of its sides, a mean along them.
+struct OutlineWidth {
+  double expected_px = 0;  ///< that of a landmark of the believed radius, at the place that the outline shows
+  double seen_px = 0;
+  double sigma_px = 0;  ///< of `seen_px`, from noise alone
+};
 
 /// The position of a landmark in one view: the pixel of the *near point* of its top, which is the point of the top's
 /// rim nearest to the view's axis (near_top_point). It is measured from the whole outline, so it is sub-pixel and needs
@@ -25,6 +34,8 @@ struct Sighting {
   /// The row at whose exposure the sighting counts, where rows are exposed one after the other. An outline's bearing is
   /// a mean over its sides, so it is not the near point's row. Empty: it is.
   std::optional<double> exposed_row{};
+  /// Empty where no outline shows both sides.
+  std::optional<OutlineWidth> width{};
 };
 
 /// Returns the position of a landmark's axis.
@@ -101,6 +112,16 @@ struct RangeMeasurement {
   BySharedErrors<2> by_shared;  ///< of measured minus true (range m, bearing rad), by errors of rig and landmark
   std::optional<Sighting> lower_sighting;  ///< where the method makes them
   std::optional<Sighting> upper_sighting;
+};
+
+/// What both views show of an upright thing of one colour, located to a pixel or so in each (outline/finder.h).
+struct RoughLandmark {
+  std::size_t hue = 0;              ///< index into the colours of LandmarkSearch
+  std::array<Sighting, 2> views{};  ///< of the near point of its top, at the frame's time: lower, upper
+  double range_m = 0;               ///< to its axis, from the disparity
+  double bearing_rad = 0;           ///< body frame
+  double top_m = 0;                 ///< over the floor, from both views
+  double radius_m = 0;              ///< from its area in the lower view; too small where a part of it is hidden
 };
 
 /// Returns the answer, of a method or of a part of one, with that verdict in it.

@@ -13,6 +13,7 @@
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/image_file.h"
 #include "base/errors.h"
+#include "localisation/odometry.h"
 #include "vision/outline_ranging.h"
 
 namespace twocone::calibrate {
@@ -100,15 +101,11 @@ bool is_trusted(vision::RangeVerdict verdict) {
          verdict == RangeVerdict::kBeyondLimit;
 }
 
-/// The sightings of the landmarks in the chosen frames.
-struct Sighted {
-  std::vector<vision::CalibrationFrame> frames;
-  std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
-};
-/// @param landmarks those of `chosen`, with the numbers that were found so far
+}  // namespace
+
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::vector<Landmark>& landmarks, const config::Robot& robot,
-              const std::function<void(double)>& progress) {
+              const std::vector<std::optional<Eigen::Vector3d>>& poses, const std::function<void(double)>& progress) {
   Sighted sighted;
   for (const runlog::RunData& run : runs) {
     const drivers::CameraPart& lower_camera = chosen.exchanged ? run.robot.upper : run.robot.lower;
@@ -130,7 +127,8 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
     } catch (const std::invalid_argument& error) {
       throw config::FileError("{}: {}", run.map.file.string(), error.what());
     }
-    for (const ChosenFrames::Frame& frame : chosen.frames) {
+    for (std::size_t index = 0; index < chosen.frames.size(); ++index) {
+      const ChosenFrames::Frame& frame = chosen.frames[index];
       if (frame.run != &run) continue;
       const runlog::FrameRow& stamps = run.frames[frame.row];
       vision::CalibrationFrame& out = sighted.frames.emplace_back();
@@ -146,7 +144,14 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       const auto& [lower_t_s, upper_t_s] = chosen.exchanged ? std::pair(stamps.upper_t_s, stamps.lower_t_s)
                                                             : std::pair(stamps.lower_t_s, stamps.upper_t_s);
       const auto motion = vision::frame_motion(out.twist, upper_t_s - lower_t_s);
-      const auto measurements = ranging->measure(*lower, *upper, motion);
+      vision::ExpectedPlaces expected;
+      if (index < poses.size() && poses[index]) {
+        const Pose2 pose{poses[index]->x(), poses[index]->y(), poses[index]->z()};
+        for (std::size_t i = 0; i < targets.size(); ++i) {
+          expected.emplace_back(localisation::in_body(pose, vision::place_m(landmarks[frame.first_landmark + i])));
+        }
+      }
+      const auto measurements = ranging->measure(*lower, *upper, motion, expected);
       for (std::size_t i = 0; i < measurements.size(); ++i) {
         if (!is_trusted(measurements[i].verdict)) continue;
         const auto add = [&](vision::Side side, const std::optional<vision::Sighting>& sighting, double stamped_s) {
@@ -162,6 +167,8 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
   return sighted;
 }
 
+namespace {
+
 /// Returns about thirty images of one view from the chosen frames. Unreadable images are left out.
 std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side side) {
   std::vector<cv::Mat> images;
@@ -175,6 +182,8 @@ std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side
   return images;
 }
 
+}  // namespace
+
 void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::array<ViewCircles, 2>& circles) {
   for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
     const auto& view = of_view(rig, side).settings();
@@ -186,6 +195,8 @@ void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::ar
                                     vision::tip_reach_px(view.rim_radius_px));
   }
 }
+
+namespace {
 
 config::RigView to_file(const vision::MirrorView& view, config::RigView like, const vision::MirrorView& before) {
   const vision::MirrorViewSettings& s = view.settings();
@@ -231,7 +242,7 @@ std::vector<std::size_t> chosen_rows(std::size_t frames, int wanted) {
   return rows;
 }
 
-ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) {
+ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count, std::size_t first) {
   std::size_t all = 0;
   for (const runlog::RunData& run : runs) all += run.frames.size();
   ChosenFrames chosen;
@@ -241,10 +252,11 @@ ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count) 
     const auto same = std::search(chosen.landmarks.begin(), chosen.landmarks.end(), own.begin(), own.end());
     const auto first_landmark = std::size_t(same - chosen.landmarks.begin());
     if (same == chosen.landmarks.end()) chosen.landmarks.insert(chosen.landmarks.end(), own.begin(), own.end());
-    const std::size_t available = run.frames.size();
+    const std::size_t available = run.frames.size() - std::min(first, run.frames.size());
     const std::size_t share = std::size_t(count) * available / std::max<std::size_t>(1, all);
     std::optional<std::size_t> last;
-    for (const std::size_t row : chosen_rows(available, int(share))) {
+    for (const std::size_t chosen_row : chosen_rows(available, int(share))) {
+      const std::size_t row = first + chosen_row;
       chosen.frames.push_back({&run, row, first_landmark, {}});
       if (last) chosen.frames.back().wheels = readings_between(run, *last, row);
       last = row;
@@ -276,9 +288,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   const vision::Rig before = config::to_rig(start.robot);
   ChosenFrames chosen = choose_frames(runs, settings.frames);
   chosen.exchanged = start.exchanged;
-  // Slip and encoder keep their defaults, because `effects:` in the robot file is the simulation's truth, not a belief.
-  const vision::WheelBelief wheels{.radius_m = robot.drive.wheel_radius_m,
-                                   .separation_m = robot.drive.wheel_separation_m};
+  const vision::WheelBelief wheels = wheels_of(robot);
   const config::RigSigma believed = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig));
   vision::CalibrationProblem problem{
       .rig = before,
@@ -317,7 +327,7 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   for (int round = 0; round < kMostRounds; ++round) {
     const auto part = [&](double done) { notify(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
     const auto& landmarks = report.result.landmarks.empty() ? problem.landmarks : report.result.landmarks;
-    Sighted sighted = sight(runs, is_rough ? rough : chosen, report.after, landmarks, start.robot, part);
+    Sighted sighted = sight(runs, is_rough ? rough : chosen, report.after, landmarks, start.robot, {}, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);
@@ -343,6 +353,11 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   report.problem = std::move(problem);
   take(report.result, start.robot, report);
   return report;
+}
+
+vision::WheelBelief wheels_of(const config::Robot& robot) {
+  // Slip and encoder keep their defaults, because `effects:` in the robot file is the simulation's truth, not a belief.
+  return {.radius_m = robot.drive.wheel_radius_m, .separation_m = robot.drive.wheel_separation_m};
 }
 
 vision::CalibrationPriors priors_of(const config::Robot& robot) {

@@ -101,8 +101,29 @@ struct ChosenFrames {
   bool exchanged = false;           ///< the run's folder `lower` has the images of the upper mirror
 };
 
-/// Chooses about `count` frames, spread evenly from the first to the last of each run.
-ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count);
+/// Chooses about `count` frames, spread evenly over each run from its row `first` to its last.
+ChosenFrames choose_frames(const std::vector<runlog::RunData>& runs, int count, std::size_t first = 0);
+
+/// The sightings of the landmarks in the chosen frames.
+struct Sighted {
+  std::vector<vision::CalibrationFrame> frames;
+  std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
+};
+
+/// Measures the landmarks in the chosen frames, with `rig` and with the uncertainties of `robot` and of each run's map.
+/// @param landmarks those of `chosen`, with the tops and radii to measure with
+/// @param poses of `chosen.frames`, in which landmarks are expected at their places: x m, y m, heading rad in the world.
+/// Without an entry, a landmark's colour identifies it.
+/// @throws config::FileError for landmarks that the method cannot measure
+Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
+              const std::vector<Landmark>& landmarks, const config::Robot& robot,
+              const std::vector<std::optional<Eigen::Vector3d>>& poses, const std::function<void(double)>& progress);
+
+/// Returns the wheels as a calibration believes them.
+vision::WheelBelief wheels_of(const config::Robot& robot);
+
+/// Measures rim and tip of both mirrors in the median images of the chosen frames.
+void measure_circles(const ChosenFrames& chosen, const vision::Rig& rig, std::array<ViewCircles, 2>& circles);
 
 // ---- output
 
@@ -111,6 +132,9 @@ std::string table(const Report& report);
 
 /// Returns calibration.json: everything in the table, by name, in SI units and pixels.
 std::string to_json(const Report& report);
+
+/// Returns the numbers that are believed afterwards with their joint covariance, as JSON: config::Calibration.
+std::string belief_json(const Report& report);
 
 /// Returns a stand-alone SVG figure of one view. Arrows at the sightings show the residuals before and after the
 /// calibration.

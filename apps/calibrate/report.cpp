@@ -219,6 +219,8 @@ nlohmann::ordered_json belief_of(const Report& report) {
 
 }  // namespace
 
+std::string belief_json(const Report& report) { return belief_of(report).dump(); }
+
 std::string to_json(const Report& report) {
   using Json = nlohmann::ordered_json;
   const vision::CalibrationResult& r = report.result;

@@ -117,51 +117,91 @@ Calibration read_calibration(const std::filesystem::path& file) {
   return calibration;
 }
 
+namespace {
+
+/// Compares the numbers of a belief with those of a calibration.
+class Agreement {
+ public:
+  Agreement(const Calibration& calibration, const Robot& robot, const Map& map)
+      : names_(belief_names(map)), values_(belief_values(robot, map)), calibration_(calibration) {
+    for (std::size_t i = 0; i < calibration.names.size(); ++i) known_[calibration.names[i]] = Eigen::Index(i);
+  }
+
+  [[nodiscard]] const std::string& name(Eigen::Index i) const { return names_[std::size_t(i)]; }
+  [[nodiscard]] double value(Eigen::Index i) const { return values_[i]; }
+  /// Returns the index of the number in the calibration, or -1.
+  [[nodiscard]] Eigen::Index index_of(Eigen::Index i) const {
+    const auto found = known_.find(name(i));
+    return found == known_.end() ? Eigen::Index(-1) : found->second;
+  }
+  /// Returns whether the calibration is of that value.
+  [[nodiscard]] bool agrees(Eigen::Index i) const {
+    const Eigen::Index k = index_of(i);
+    return k >= 0 && is_same(values_[i], calibration_.values[k]);
+  }
+  [[nodiscard]] bool agree(Eigen::Index from, Eigen::Index numbers) const {
+    for (Eigen::Index i = from; i < from + numbers; ++i) {
+      if (!agrees(i)) return false;
+    }
+    return true;
+  }
+  void take(Eigen::Index from, Eigen::Index numbers) {
+    for (Eigen::Index i = from; i < from + numbers; ++i) {
+      here_.push_back(i);
+      there_.push_back(index_of(i));
+    }
+  }
+  void take_if_same(Eigen::Index from, Eigen::Index numbers) {
+    if (agree(from, numbers)) take(from, numbers);
+  }
+  /// Returns the index of the first number behind the landmarks.
+  [[nodiscard]] Eigen::Index wheels() const { return Eigen::Index(names_.size()) - kLastNumbers; }
+  void take_same_landmarks() {
+    for (Eigen::Index at = vision::kRigNumbers; at < wheels(); at += vision::kLandmarkNumbers) {
+      take_if_same(at, vision::kLandmarkNumbers);
+    }
+  }
+  /// Replaces what was taken.
+  [[nodiscard]] Eigen::MatrixXd replaced(Eigen::MatrixXd covariance) const {
+    covariance(here_, Eigen::indexing::all).setZero();
+    covariance(Eigen::indexing::all, here_).setZero();
+    covariance(here_, here_) = calibration_.covariance(there_, there_);
+    return covariance;
+  }
+
+ private:
+  std::vector<std::string> names_;
+  Eigen::VectorXd values_;
+  const Calibration& calibration_;
+  std::map<std::string, Eigen::Index> known_;
+  std::vector<Eigen::Index> here_, there_;
+};
+
+}  // namespace
+
 Eigen::MatrixXd belief_covariance(const Calibration& calibration, const Robot& robot, const Map& map,
                                   const Eigen::VectorXd& sigmas) {
-  const std::vector<std::string> names = belief_names(map);
-  const Eigen::VectorXd values = belief_values(robot, map);
-  std::map<std::string, Eigen::Index> known;
-  for (std::size_t i = 0; i < calibration.names.size(); ++i) known[calibration.names[i]] = Eigen::Index(i);
-  const auto index_of = [&](Eigen::Index i) {
-    const auto found = known.find(names[std::size_t(i)]);
-    return found == known.end() ? Eigen::Index(-1) : found->second;
-  };
-  const auto agrees = [&](Eigen::Index i) {
-    const Eigen::Index k = index_of(i);
-    return k >= 0 && is_same(values[i], calibration.values[k]);
-  };
-  const auto count = Eigen::Index(names.size());
-  std::vector<Eigen::Index> here;
-  std::vector<Eigen::Index> there;
-  const auto take = [&](Eigen::Index from, Eigen::Index numbers) {
-    for (Eigen::Index i = from; i < from + numbers; ++i) {
-      here.push_back(i);
-      there.push_back(index_of(i));
-    }
-  };
+  Agreement agreement(calibration, robot, map);
   for (Eigen::Index i = 0; i < vision::kRigNumbers; ++i) {
-    if (agrees(i)) continue;
-    const Eigen::Index k = index_of(i);
+    if (agreement.agrees(i)) continue;
+    const Eigen::Index k = agreement.index_of(i);
     throw FileError("{}: rig: {} is {}, but {} is of a rig with {}: calibrate again, or state `sigma:` in its place",
-                    robot.file.string(), names[std::size_t(i)], values[i], robot.rig.calibration.string(),
+                    robot.file.string(), agreement.name(i), agreement.value(i), robot.rig.calibration.string(),
                     k >= 0 ? fmt::format("{}", calibration.values[k]) : "none");
   }
-  take(0, vision::kRigNumbers);
-  const auto take_if_same = [&](Eigen::Index from, Eigen::Index numbers) {
-    bool are_same = true;
-    for (Eigen::Index i = from; i < from + numbers; ++i) are_same = are_same && agrees(i);
-    if (are_same) take(from, numbers);
-  };
-  const Eigen::Index wheels = count - kLastNumbers;
-  for (Eigen::Index at = vision::kRigNumbers; at < wheels; at += vision::kLandmarkNumbers) {
-    take_if_same(at, vision::kLandmarkNumbers);
-  }
-  take_if_same(wheels, kWheelNumbers);
-  take_if_same(wheels + kWheelNumbers, vision::kTimeNumbers);
-  Eigen::MatrixXd covariance = sigmas.cwiseAbs2().asDiagonal();
-  covariance(here, here) = calibration.covariance(there, there);
-  return covariance;
+  agreement.take(0, vision::kRigNumbers);
+  agreement.take_same_landmarks();
+  agreement.take_if_same(agreement.wheels(), kWheelNumbers);
+  agreement.take_if_same(agreement.wheels() + kWheelNumbers, vision::kTimeNumbers);
+  return agreement.replaced(sigmas.cwiseAbs2().asDiagonal());
+}
+
+Eigen::MatrixXd with_survey(const Calibration& survey, const Robot& robot, const Map& map, Eigen::MatrixXd covariance) {
+  Agreement agreement(survey, robot, map);
+  agreement.take_if_same(0, vision::kRigNumbers);
+  agreement.take_same_landmarks();
+  agreement.take_if_same(agreement.wheels() + kWheelNumbers, vision::kTimeNumbers);
+  return agreement.replaced(std::move(covariance));
 }
 
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {

@@ -251,6 +251,9 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file) {
   const std::optional<Bounds> bounds = read_bounds(root);
   map.bounds = bounds.value_or(Bounds{});
   read_landmarks(root, bounds, map);
+  std::string survey;
+  root.text("survey", "the covariance that `twocone survey` wrote", survey, Need::kOptional);
+  if (!survey.empty()) map.survey = resolve(survey, file);
   read_obstacles(root, map.obstacles);
   read_moving(root, bounds, map.moving);
   read_effects(root, map.effects, map.renderer);
@@ -269,6 +272,7 @@ Map read_map(const std::filesystem::path& file) {
 YAML::Node load_map_node(const std::filesystem::path& file) {
   YAML::Node node = load_yaml(file);
   const Map map = with_own_folder(parse_map(node, file));
+  if (!map.survey.empty()) node["survey"] = std::filesystem::absolute(map.survey).string();
   if (!map.scene) return node;
   node["scene"] = std::filesystem::absolute(*map.scene).string();
   node["scene_paths"] = YAML::Node(YAML::NodeType::Sequence);

@@ -34,6 +34,8 @@ std::string map_text(const std::filesystem::path& original, const std::filesyste
   YAML::Node node = load_map_node(original);
   if (changed.scene) node["scene"] = changed.scene->string();
   node.remove("landmark_sigma_m");
+  node.remove("survey");
+  if (!changed.survey.empty()) node["survey"] = relative_to(new_file, std::filesystem::absolute(changed.survey));
   node["landmarks"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Landmark& landmark : changed.landmarks) node["landmarks"].push_back(node_of(landmark));
   std::string text = "# SPDX-License-Identifier: Apache-2.0\n" + comments(header_lines);

@@ -333,6 +333,11 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
     covariance = belief_covariance(calibration, robot, map, independent);
     errors.vision.sighting_px = calibration.sighting_px;
   }
+  if (!map.survey.empty()) {
+    const Calibration survey = read_calibration(map.survey);
+    covariance = with_survey(survey, robot, map, covariance);
+    errors.vision.sighting_px = std::max(errors.vision.sighting_px, survey.sighting_px);
+  }
   const Eigen::MatrixXd by_shared = root_of(covariance);
   errors.vision.rig = by_shared.topRows(vision::kRigNumbers);
   for (std::size_t i = 0; i < map.landmarks.size(); ++i) {

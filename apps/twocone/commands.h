@@ -123,6 +123,7 @@ void add_serve(CLI::App& program);
 void add_effects(CLI::App& program);
 void add_look(CLI::App& program);
 void add_calibrate(CLI::App& program);
+void add_survey(CLI::App& program);
 void add_import(CLI::App& program);
 void add_devices(CLI::App& program);
 void add_doctor(CLI::App& program);

@@ -78,7 +78,10 @@ class Drive {
     return f;
   }
 
-  void report_readings(PoseFilter& filter) const { filter.predict(t_s_, reading_rad_[0], reading_rad_[1]); }
+  template <typename Filter>
+  void report_readings(Filter& filter) const {
+    filter.predict(t_s_, reading_rad_[0], reading_rad_[1]);
+  }
   void carry(const Pose& to) { truth_ = to; }
 
   [[nodiscard]] const Pose& truth() const { return truth_; }

@@ -72,6 +72,45 @@ TEST(OutlineRanging, WithoutNoiseFindsEveryLandmarkToAFewHundredthsOfAPixel) {
   }
 }
 
+// Catches an expected place that is not used, and one that is believed instead of the image.
+TEST(OutlineRanging, LandmarksOfOneColourAreToldApartByTheirExpectedPlaces) {
+  const Eigen::Vector3d red(0.6, 0.02, 0.02);
+  const SyntheticScene scene{{landmark(1.9, 0.6, red, 0.1), landmark(1.7, -0.9, red, 0.1)}, {}, {}};
+  std::mt19937_64 random(1);
+  const auto pair = lab().take(scene, {}, random);
+  const OutlineRanging ranging(lab_rig(), targets_of(scene.landmarks), kImage, kImage);
+  for (const RangeMeasurement& m : ranging.measure(pair.lower, pair.upper)) {
+    EXPECT_EQ(m.verdict, RangeVerdict::kSameColour);
+  }
+  const Eigen::Vector2d off(0.05, 0.05);
+  const auto measured = ranging.measure(pair.lower, pair.upper, {},
+                                        {scene.landmarks[0].centre_m + off, scene.landmarks[1].centre_m + off});
+  for (std::size_t k = 0; k < 2; ++k) expect_near(measured[k], scene.landmarks[k], kQuiet_px, std::to_string(k));
+  // Where it is expected, there is nothing.
+  const auto elsewhere = ranging.measure(pair.lower, pair.upper, {}, {Eigen::Vector2d(-1, 1), std::nullopt});
+  EXPECT_EQ(elsewhere[0].verdict, RangeVerdict::kNotSeen);
+  EXPECT_EQ(elsewhere[1].verdict, RangeVerdict::kSameColour);
+  EXPECT_THROW((void)ranging.measure(pair.lower, pair.upper, {}, {std::nullopt}), std::invalid_argument);
+}
+
+// Catches a width that does not follow the landmark's true radius.
+TEST(OutlineRanging, TheWidthOfAnOutlineShowsTheRadius) {
+  SyntheticScene scene{{landmark(1.9, 0.6, {0.6, 0.02, 0.02}, 0.1)}, {}, {}};
+  std::vector<Landmark> targets = targets_of(scene.landmarks);
+  targets[0].radius_m = 0.097;
+  BeliefErrors errors;
+  errors.landmarks.push_back(BySharedErrors<kLandmarkNumbers>::Zero(kLandmarkNumbers, 1));
+  errors.landmarks[0](kRadius, 0) = 0.005;
+  std::mt19937_64 random(1);
+  const auto pair = lab().take(scene, {}, random);
+  const auto measured = OutlineRanging(lab_rig(), targets, kImage, kImage, {}, errors).measure(pair.lower, pair.upper);
+  for (const auto& sighting : {measured[0].lower_sighting, measured[0].upper_sighting}) {
+    ASSERT_TRUE(sighting && sighting->width);
+    EXPECT_NEAR(sighting->width->seen_px / sighting->width->expected_px, 0.1 / 0.097, 0.004);
+    EXPECT_GT(sighting->width->sigma_px, 0);
+  }
+}
+
 /// The landmarks as the body sees them `time_s` after the frame's time.
 std::vector<SyntheticLandmark> seen_later(std::vector<SyntheticLandmark> landmarks, const BodyTwist& twist,
                                           double time_s) {

@@ -113,19 +113,21 @@ std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedMode
   }
 }
 
-Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held) {
+Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held,
+                                    const Eigen::MatrixXd& held_covariance) {
   const std::vector<int> free = all_but(held, information.rows());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(information.rows(), information.rows());
-  for (const int i : held) covariance(i, i) = 1;
+  const Eigen::MatrixXd believed = held_covariance(held, held);
+  covariance(held, held) = believed;
   if (free.empty()) return covariance;
   const Eigen::MatrixXd block = information(free, free);
   const auto factor = block.ldlt();
   const Eigen::MatrixXd own = factor.solve(Eigen::MatrixXd::Identity(block.rows(), block.cols()));
-  // The derivative of the answer by the held numbers. The errors of held priors are independent of the others.
+  // The derivative of the answer by the held numbers.
   const Eigen::MatrixXd pull = -factor.solve(Eigen::MatrixXd(information(free, held)));
-  covariance(free, free) = own + pull * pull.transpose();
-  covariance(free, held) = pull;
-  covariance(held, free) = pull.transpose();
+  covariance(free, held) = pull * believed;
+  covariance(held, free) = (pull * believed).transpose();
+  covariance(free, free) = own + pull * believed * pull.transpose();
   return covariance;
 }
 

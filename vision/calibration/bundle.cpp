@@ -2,6 +2,7 @@
 #include "vision/calibration/bundle.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "vision/calibration/bundle_rows.h"
 
@@ -65,6 +66,46 @@ void take_times(SharedModel& model, const CalibrationProblem& problem) {
   if (problem.wheels) model.sigma[kLatency] = priors.latency_s;
 }
 
+/// Returns the matrix that maps errors of what is believed (rig, then times of exposure) to those of the shared numbers.
+Eigen::MatrixXd shared_by_belief() {
+  Eigen::MatrixXd by = Eigen::MatrixXd::Zero(kSharedNumbers, int(kRigNumbers) + int(kTimeNumbers));
+  for (int i = 0; i < kRigNumbers; ++i) by(i, i) = 1;
+  for (const int relative : {kAzimuth, kOffsetX, kOffsetY}) {
+    by(rig_number(Side::kUpper, relative), rig_number(Side::kLower, relative)) = -1;
+  }
+  constexpr int kTimes = kRigNumbers;
+  by(kLatency, kTimes + kLateOfLower) = -1;
+  by(kSkew, kTimes + kLateOfUpper) = 1;
+  by(kSkew, kTimes + kLateOfLower) = -1;
+  by(kLowerReadout, kTimes + kReadoutOfLower) = 1;
+  by(kUpperReadout, kTimes + kReadoutOfUpper) = 1;
+  return by;
+}
+
+/// Holds rig and times, with the covariance of that belief.
+void hold(SharedModel& model, const BeliefErrors& errors) {
+  const Eigen::Index count = std::max(errors.rig.cols(), errors.times.cols());
+  Eigen::MatrixXd by_shared = Eigen::MatrixXd::Zero(int(kRigNumbers) + int(kTimeNumbers), count);
+  if (errors.rig.cols() > 0) by_shared.topRows<kRigNumbers>() = errors.rig;
+  if (errors.times.cols() > 0) by_shared.bottomRows<kTimeNumbers>() = errors.times;
+  const Eigen::MatrixXd root = shared_by_belief() * by_shared;
+  const Eigen::MatrixXd covariance = root * root.transpose();
+  const auto is_held = [](int i) { return i < kRigNumbers || i >= kLatency; };
+  for (int i = 0; i < kSharedNumbers; ++i) {
+    if (is_held(i)) model.sigma[i] = std::sqrt(covariance(i, i));
+  }
+  for (int i = 0; i < kSharedNumbers; ++i) {
+    for (int k = 0; k < kSharedNumbers; ++k) {
+      if (!is_held(i) || !is_held(k) || model.sigma[i] == 0 || model.sigma[k] == 0) continue;
+      model.held_covariance(i, k) = covariance(i, k) / model.sigma[i] / model.sigma[k];
+    }
+  }
+  for (const Side side : {Side::kLower, Side::kUpper}) {
+    const bool is_bent = model.sigma[rig_number(side, kK1)] > 0 || model.sigma[rig_number(side, kK2)] > 0;
+    model.views[std::size_t(side)].has_lens = model.views[std::size_t(side)].has_lens || is_bent;
+  }
+}
+
 }  // namespace
 
 SharedModel::SharedModel(const CalibrationProblem& problem) {
@@ -88,9 +129,11 @@ SharedModel::SharedModel(const CalibrationProblem& problem) {
     mean[kWheelSeparation] = wheels.separation_m;
     sigma[kWheelSeparation] = problem.priors.wheel_separation_m;
   }
+  if (problem.held_rig) hold(*this, *problem.held_rig);
   const auto is_of_lens = [](int i) { return i < kLensHeight && (i % kViewNumbers == kK1 || i % kViewNumbers == kK2); };
   for (int i = 0; i < kSharedNumbers; ++i) {
-    if (sigma[i] == 0 || (is_of_lens(i) && !problem.fit_distortion)) fixed.push_back(i);
+    const bool is_held = problem.held_rig && (i < kRigNumbers || i >= kLatency);
+    if (sigma[i] == 0 || is_held || (is_of_lens(i) && !problem.fit_distortion)) fixed.push_back(i);
   }
 }
 

@@ -55,6 +55,8 @@ struct SharedModel {
   Shared mean = Shared::Zero();
   Shared sigma = Shared::Zero();
   std::vector<int> fixed;  ///< numbers that are not estimated; their sigma is 0 where they are exact
+  /// Covariance of the unknowns that are held: those of one belief are not independent of each other.
+  Eigen::MatrixXd held_covariance = Eigen::MatrixXd::Identity(kSharedNumbers, kSharedNumbers);
   std::array<ViewConstants, 2> views;
   bool has_wheels = false;
   WheelBelief wheels;  ///< used for the wheels' noise
@@ -108,6 +110,12 @@ struct BundleData {
   std::vector<RimRow> rims;
   std::size_t groups = 0;
   bool moves_landmarks = false;  ///< whether a number of a landmark is uncertain
+  bool holds_first_pose = false;
+  struct DistanceRow {
+    MeasuredDistance measured;
+    Landmark from, to;
+  };
+  std::vector<DistanceRow> distances{};
 };
 
 struct BundleState {
@@ -178,9 +186,10 @@ double mean_slip_variance(double x);
 /// prior does. @param information from shared_information(); landmarks behind the shared numbers are never held
 std::vector<int> unobserved(const Eigen::MatrixXd& information, const SharedModel& model);
 
-/// Returns the covariance of the unknowns when those of `held` stay at their priors, whose errors have their own
-/// sigmas.
-Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held);
+/// Returns the covariance of the unknowns when those of `held` stay at their priors.
+/// @param held_covariance of all shared unknowns; used for those of `held`
+Eigen::MatrixXd consider_covariance(const Eigen::MatrixXd& information, const std::vector<int>& held,
+                                    const Eigen::MatrixXd& held_covariance);
 
 /// Fills in parameters, derived numbers last, and covariance.
 /// @param covariance of the unknowns; landmarks may follow the shared numbers

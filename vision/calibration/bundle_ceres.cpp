@@ -116,6 +116,22 @@ void add_rims(const BundleData& data, BundleState& state, ceres::Problem& proble
   }
 }
 
+void add_distances(const BundleData& data, BundleState& state, ceres::Problem& problem) {
+  for (const BundleData::DistanceRow& row : data.distances) {
+    const auto cost = [&row]<typename T>(const T* from, const T* to, T* residual) {
+      const auto place = [](const Landmark& l, const T* shift, int axis) {
+        return axis == 0 ? l.x_m + l.sigma.x_m * shift[kPlaceX] : l.y_m + l.sigma.y_m * shift[kPlaceY];
+      };
+      const T dx = place(row.to, to, 0) - place(row.from, from, 0);
+      const T dy = place(row.to, to, 1) - place(row.from, from, 1);
+      residual[0] = (sqrt(dx * dx + dy * dy) - T(row.measured.distance_m)) / T(row.measured.sigma_m);
+      return true;
+    };
+    add<1, kLandmarkNumbers, kLandmarkNumbers>(problem, cost, nullptr, state.landmarks[row.measured.from].data(),
+                                               state.landmarks[row.measured.to].data());
+  }
+}
+
 /// Adds the prior of the unknowns: each is in sigmas of its prior, with mean 0.
 void add_prior(BundleState& state, ceres::Problem& problem) {
   const auto cost = []<typename T>(const T* unknowns, T* residual) {
@@ -128,6 +144,7 @@ void add_prior(BundleState& state, ceres::Problem& problem) {
 void build(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
   problem.AddParameterBlock(state.unknowns.data(), kSharedNumbers);
   for (Eigen::Vector3d& pose : state.poses) problem.AddParameterBlock(pose.data(), 3);
+  if (data.holds_first_pose) problem.SetParameterBlockConstant(state.poses.front().data());
   add_sightings(data, settings, state, problem);
   if (has_biases(settings)) add_centred(state.biases, settings.systematic_px, problem);
   add_centred(state.landmarks, 1, problem);
@@ -140,6 +157,7 @@ void build(const BundleData& data, const BundleSettings& settings, BundleState& 
     return;
   }
   add_rims(data, state, problem);
+  add_distances(data, state, problem);
   add_wheels(data, settings, state, problem);
   if (!settings.held.empty()) {
     problem.SetManifold(state.unknowns.data(), new ceres::SubsetManifold(kSharedNumbers, settings.held));
@@ -183,7 +201,9 @@ Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings&
     for (LandmarkVector& shift : copy.landmarks) options.parameter_blocks.push_back(shift.data());
   }
   const int wanted = kSharedNumbers + (data.moves_landmarks ? kLandmarkNumbers * int(copy.landmarks.size()) : 0);
-  for (Eigen::Vector3d& pose : copy.poses) options.parameter_blocks.push_back(pose.data());
+  for (std::size_t i = data.holds_first_pose ? 1 : 0; i < copy.poses.size(); ++i) {
+    options.parameter_blocks.push_back(copy.poses[i].data());
+  }
   for (Eigen::Vector2d& slips : copy.slips) options.parameter_blocks.push_back(slips.data());
   if (has_biases(settings)) {
     for (Eigen::Vector2d& bias : copy.biases) options.parameter_blocks.push_back(bias.data());

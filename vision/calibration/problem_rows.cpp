@@ -196,6 +196,8 @@ void check(const CalibrationProblem& problem) {
     const BodyTwist twist = problem.frames[i].twist.value_or(BodyTwist{});
     bad.require(std::isfinite(twist.forward_mps) && std::isfinite(twist.turn_radps),
                 "frame {} has a twist that is not finite", i);
+    const auto& start = problem.frames[i].start;
+    bad.require(!start || start->allFinite(), "frame {} has a start pose that is not finite", i);
     const auto& wheels = problem.frames[i].wheels;
     for (std::size_t k = 0; k < wheels.size(); ++k) {
       bad.require(std::isfinite(wheels[k].t_s) && std::isfinite(wheels[k].left_rad) &&
@@ -213,6 +215,12 @@ void check(const CalibrationProblem& problem) {
         p.axis_offset_m, p.lower_axis_offset_m, p.apex_rad, p.distortion, p.wheel_radius_share, p.wheel_ratio,
         p.wheel_separation_m, p.latency_s, p.skew_s, p.readout_s}) {
     bad.require(base::is_positive(prior), "a prior's sigma is {}, must be > 0", prior);
+  }
+  for (const MeasuredDistance& d : problem.distances) {
+    bad.require(d.from < problem.landmarks.size() && d.to < problem.landmarks.size() && d.from != d.to &&
+                    base::is_positive(d.distance_m) && base::is_positive(d.sigma_m),
+                "the distance from landmark {} to {} is {} +- {} m, must be > 0 between two landmarks", d.from, d.to,
+                d.distance_m, d.sigma_m);
   }
   if (problem.wheels) {
     const WheelBelief& w = *problem.wheels;
@@ -241,12 +249,13 @@ Bundle bundle_of(const CalibrationProblem& problem) {
     // The first reading repeats the last one of the previous frame.
     wheels.insert(wheels.end(), frame.wheels.begin() + (before.empty() || frame.wheels.empty() ? 0 : 1),
                   frame.wheels.end());
-    const auto pose = start_pose(problem.rig, problem.landmarks, frame);
+    const bool starts_itself = frame.start && show_two_landmarks(frame.sightings, &LandmarkSighting::landmark);
+    const auto pose = starts_itself ? frame.start : start_pose(problem.rig, problem.landmarks, frame);
     if (!pose) {
       before = std::move(wheels);
       continue;
     }
-    kept.push_back({frame.sightings, broken ? std::vector<WheelReading>{} : std::move(wheels), frame.twist});
+    kept.push_back({frame.sightings, broken ? std::vector<WheelReading>{} : std::move(wheels), frame.twist, {}});
     before.clear();
     broken = false;
     const std::size_t index = bundle.start.poses.size();
@@ -283,6 +292,10 @@ Bundle bundle_of(const CalibrationProblem& problem) {
   bundle.start.landmarks.assign(problem.landmarks.size(), LandmarkVector::Zero());
   bundle.data.moves_landmarks =
       std::ranges::any_of(problem.landmarks, [](const Landmark& l) { return sigmas_of(l).maxCoeff() > 0; });
+  bundle.data.holds_first_pose = problem.holds_first_pose;
+  for (const MeasuredDistance& d : problem.distances) {
+    bundle.data.distances.push_back({d, problem.landmarks[d.from], problem.landmarks[d.to]});
+  }
   bundle.start.slips.assign(bundle.data.wheels.size(), Eigen::Vector2d::Zero());
   if (problem.lower_rim) bundle.data.rims.push_back({Side::kLower, *problem.lower_rim});
   if (problem.upper_rim) bundle.data.rims.push_back({Side::kUpper, *problem.upper_rim});

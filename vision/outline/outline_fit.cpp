@@ -146,6 +146,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   std::array<double, 3> side_score{};
   std::array<double, 3> side_information{};
   std::array<double, 3> side_widening{};  // sum of by_width_px times the information
+  std::array<double, 3> side_width{};     // sum of width_px times the information
   // The equations' right side for rows whose bearing differs by their distance from the near point's. The answer is the
   // row that the fitted bearing is of: where the sides may lean, they do so, and the bearing changes less.
   Unknowns by_rows = Unknowns::Zero();
@@ -192,6 +193,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
     side_score[s.part] += score;
     side_information[s.part] += information;
     side_widening[s.part] += information * s.by_width_px;
+    side_width[s.part] += information * s.width_px;
   }
   if (!(fit.arc_scores.expected + fit.side_scores.expected > 0)) return std::nullopt;
   // The fit makes the sum of the arc's scores zero, which reduces the sum of their products. This corrects for it.
@@ -216,6 +218,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   if (side_information[EdgeSample::kLeft] > 0 && side_information[EdgeSample::kRight] > 0) {
     for (const EdgeSample::Part side : {EdgeSample::kLeft, EdgeSample::kRight}) {
       fit.narrowness_px -= (side_score[side] + unknown[3] * side_widening[side]) / side_information[side];
+      fit.mean_width_px += side_width[side] / side_information[side] / 2;
     }
     fit.sigma_narrowness_px =
         std::sqrt(1 / side_information[EdgeSample::kLeft] + 1 / side_information[EdgeSample::kRight]);

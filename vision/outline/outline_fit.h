@@ -204,8 +204,10 @@ struct OutlineFit {
   double length_px = 0;         ///< length of the outline that was used
   double arc_support = 0;       ///< share of the arc, and of each side, that can be used
   double left_support = 0, right_support = 0;
-  double narrowness_px = 0;  ///< width of the cylinder's outline minus the observed width
+  /// Width of the cylinder's outline minus the observed width, a mean along the sides.
+  double narrowness_px = 0;
   double sigma_narrowness_px = 0;
+  double mean_width_px = 0;  ///< of the cylinder's outline, the same mean
   // These are pooled over the landmarks of an image:
   Scores arc_scores, side_scores;
   EdgeStatistics edges;

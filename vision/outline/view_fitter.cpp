@@ -149,6 +149,11 @@ double scatter(const Scores& all, const Scores& own, double least) {
   return alone > kOddScatter * common ? alone : common;
 }
 
+std::optional<OutlineWidth> width_of(const OutlineFit& fit, double sigma_px) {
+  if (!(fit.sigma_narrowness_px > 0)) return std::nullopt;
+  return OutlineWidth{fit.mean_width_px, fit.mean_width_px - fit.narrowness_px, sigma_px};
+}
+
 std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, double side_scatter) {
   // The arc determines the range, the sides the bearing.
   const Eigen::Vector2d root(std::sqrt(arc_scatter), std::sqrt(side_scatter));
@@ -176,6 +181,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
   sighting.edge_noise_px = std::sqrt(fit.length_px / information);
   sighting.exposed_row = fit.exposed_row;
+  sighting.width = width_of(fit, std::sqrt(noise_px2));
   return sighting;
 }
 
@@ -193,6 +199,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, const OneRayFits& fit
   if (!sighting.covariance_px2.allFinite() || !(determinant > 0)) return std::nullopt;
   sighting.edge_noise_px = std::pow(fits.motion.determinant() * posterior.covariance.determinant(), 0.25);
   sighting.exposed_row = fit.exposed_row;
+  sighting.width = width_of(fit, fit.sigma_narrowness_px);
   return sighting;
 }
 
@@ -326,14 +333,14 @@ std::optional<Sighting> ViewFitter::found(const Candidate& c, double radius_m, d
 
 void ViewFitter::fit(const OutlineTask& task, const Cylinder& cylinder, const SampleReach& reach,
                      const PixelNoise& noise, const FitLimits& limits, int stride) const {
-  auto& [landmark, image, look, edge_samples] = task;
+  auto& [hue, image, look, edge_samples] = task;
   const auto outline = make_outline(mirror_, cylinder, least_radius_px(mirror_, cylinder));
   if (!outline) {
     look.is_truncated = true;
     look.fit.reset();
     return;
   }
-  read_edge_samples(image, table_, static_cast<std::uint8_t>(landmark + 1), *outline, reach, stride, edge_samples);
+  read_edge_samples(image, table_, static_cast<std::uint8_t>(hue + 1), *outline, reach, stride, edge_samples);
   look.is_saturated = edge_samples.too_bright * 2 > static_cast<int>(edge_samples.edge_samples.size());
   look.fit = fit_outline(edge_samples, cylinder, *outline, noise, limits);
 }
@@ -346,7 +353,7 @@ void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) cons
   fit(task, start, {kCoarseReach_px - kCoarseBlur_px + blur_px, blur_px}, PixelNoise{},
       {blur_px, kMostBlur_px, kCoarse_px}, kCoarseStride);
   if (!look.fit) return;
-  follow_colour(task.landmark, task.image, *look.fit);
+  follow_colour(task.hue, task.image, *look.fit);
   fit(task, Cylinder(look.fit->cylinder), reach_of(look.fit->edges.blur), PixelNoise{}, {1, kMostBlur_px, kCoarse_px},
       kCoarseStride);
   if (look.fit) look.pool = look.fit->edges;
@@ -354,7 +361,7 @@ void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) cons
 
 bool ViewFitter::fit_near(const OutlineTask& task, const Cylinder& start) const {
   OutlineSearch tried = task.look;
-  fit({task.landmark, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
+  fit({task.hue, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
       {1, kMostBlur_px, kCoarse_px}, kCoarseStride);
   if (!tried.fit || tried.fit->edges.blur > kNearBlur_px ||
       step_px(tried.fit->outline, tried.fit->step) > kExpectedReach_px)
@@ -420,7 +427,7 @@ bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected,
   Cylinder start = expected;
   for (int round = 0; round < kExpectedRounds; ++round) {
     const auto step =
-        fit_whole({task.landmark, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
+        fit_whole({task.hue, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
     if (!step) return false;
     const double length_px = step_px(tried.fit->outline, *step);
     if (length_px <= kExpectedReach_px) {

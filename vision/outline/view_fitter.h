@@ -28,7 +28,7 @@ struct OutlineSearch {
 
 /// The input and output of a fit of one landmark in one view.
 struct OutlineTask {
-  std::size_t landmark;  ///< its index, from which its label follows
+  std::size_t hue;  ///< index of its colour in the table, from which its label follows
   const cv::Mat& image;
   OutlineSearch& look;
   EdgeSamples& edge_samples;  ///< memory that all fits share

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/survey/rough_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "apps/calibrate/start.h"
+#include "apps/config/to_layers.h"
+#include "apps/runlog/storage/image_file.h"
+#include "base/quantile.h"
+#include "localisation/map_filter.h"
+#include "vision/hue_labels.h"
+#include "vision/landmark_search.h"
+
+namespace twocone::survey {
+namespace {
+
+using localisation::MapFilter;
+
+// Images in which hues are sought.
+constexpr std::size_t kHueImages = 40;
+// A thing that fewer of the chosen frames show is not surveyed: a few may be of something that passed by.
+constexpr std::size_t kLeastSightings = 4;
+// Two maps of one room agree where landmarks of one hue are this near to each other.
+constexpr double kSamePlace_m = 0.25;
+constexpr std::size_t kLeastShared = 3;
+
+/// A thing that one frame shows, and the landmark that it is.
+struct Tie {
+  vision::RoughLandmark thing;
+  std::size_t landmark = 0;
+};
+
+/// The map of one run, in the world of its start.
+struct RunMap {
+  std::vector<localisation::FoundLandmark> landmarks;
+  std::vector<localisation::Pose> poses;  ///< of the run's chosen frames
+  std::vector<std::vector<Tie>> ties;     ///< of the run's chosen frames
+};
+
+Result<std::array<cv::Mat, 2>> images_at(const runlog::RunData& run, std::size_t row) {
+  const auto files = runlog::images_of(run, row);
+  auto lower = calibrate::read_rgb(files[0], run.robot.lower);
+  if (!lower) return lower.error();
+  auto upper = calibrate::read_rgb(files[1], run.robot.upper);
+  if (!upper) return upper.error();
+  return std::array{*lower, *upper};
+}
+
+Result<std::vector<Eigen::Vector3d>> hues_in(const calibrate::ChosenFrames& chosen, const vision::Rig& rig) {
+  std::vector<vision::MirrorImage> images;
+  const std::size_t count = std::min(kHueImages, chosen.frames.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& frame = chosen.frames[i * (chosen.frames.size() - 1) / std::max<std::size_t>(1, count - 1)];
+    const auto both = images_at(*frame.run, frame.row);
+    if (!both) return both.error();
+    for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+      const auto& view = of_view(rig, side).settings();
+      images.push_back({(*both)[std::size_t(side)], view.centre_px, view.rim_radius_px});
+    }
+  }
+  return vision::find_hues(images);
+}
+
+/// Returns the pose that lays what a frame shows onto landmarks: least squares of places, the nearer the more weight.
+std::optional<Eigen::Vector3d> pose_from(const std::vector<Tie>& ties, const std::vector<Eigen::Vector2d>& places_m) {
+  double weights = 0;
+  Eigen::Vector2d body = Eigen::Vector2d::Zero();
+  Eigen::Vector2d world = Eigen::Vector2d::Zero();
+  const auto seen_at = [](const Tie& tie) {
+    return Eigen::Vector2d(tie.thing.range_m * std::cos(tie.thing.bearing_rad),
+                           tie.thing.range_m * std::sin(tie.thing.bearing_rad));
+  };
+  const auto weight_of = [](const Tie& tie) { return 1 / (tie.thing.range_m * tie.thing.range_m); };
+  if (ties.size() < 2) return std::nullopt;
+  for (const Tie& tie : ties) {
+    weights += weight_of(tie);
+    body += weight_of(tie) * seen_at(tie);
+    world += weight_of(tie) * places_m[tie.landmark];
+  }
+  body /= weights;
+  world /= weights;
+  double cosine = 0;
+  double sine = 0;
+  for (const Tie& tie : ties) {
+    const Eigen::Vector2d b = seen_at(tie) - body;
+    const Eigen::Vector2d w = places_m[tie.landmark] - world;
+    cosine += weight_of(tie) * b.dot(w);
+    sine += weight_of(tie) * (b.x() * w.y() - b.y() * w.x());
+  }
+  const double heading_rad = std::atan2(sine, cosine);
+  const Eigen::Vector2d place_m = world - Eigen::Rotation2Dd(heading_rad) * body;
+  return Eigen::Vector3d(place_m.x(), place_m.y(), heading_rad);
+}
+
+/// Maps one run.
+Result<RunMap> map_of(const runlog::RunData& run, const calibrate::ChosenFrames& chosen, const config::Robot& robot,
+                      const std::vector<Eigen::Vector3d>& colours) {
+  config::Map without = run.map;
+  without.landmarks.clear();
+  const config::BeliefErrors errors = config::to_belief_errors(robot, without);
+  const vision::Rig rig = config::to_rig(robot);
+  const auto size_of = [](const drivers::CameraPart& camera) {
+    return cv::Size(camera.settings.width_px, camera.settings.height_px);
+  };
+  const vision::LandmarkSearch search(rig, colours, size_of(robot.lower), size_of(robot.upper), errors.vision);
+  MapFilter filter(rig, errors.vision, config::to_wheels(robot), {}, errors.wheels, config::to_start_pose(robot));
+  RunMap map;
+  std::size_t next = 0;
+  localisation::Pose first;  // by the wheels alone, which defines the world
+  for (const calibrate::ChosenFrames::Frame& frame : chosen.frames) {
+    if (frame.run != &run) continue;
+    for (; next <= frame.row && next < run.drive.size(); ++next) {
+      filter.predict(run.drive[next].t_s, run.drive[next].left_rad, run.drive[next].right_rad);
+    }
+    const auto both = images_at(run, frame.row);
+    if (!both) return both.error();
+    const runlog::FrameRow& stamps = run.frames[frame.row];
+    const auto motion = vision::frame_motion(runlog::twist_at(run, frame.row), stamps.upper_t_s - stamps.lower_t_s);
+    if (map.poses.empty()) first = filter.pose().pose;
+    const auto things = search.look((*both)[0], (*both)[1], motion);
+    const auto landmarks = filter.observe(things);
+    map.poses.push_back(map.poses.empty() ? first : filter.pose().pose);
+    std::vector<Tie>& ties = map.ties.emplace_back();
+    for (std::size_t i = 0; i < things.size(); ++i) {
+      if (landmarks[i]) ties.push_back({things[i], *landmarks[i]});
+    }
+  }
+  for (std::size_t i = 0; i < filter.size(); ++i) map.landmarks.push_back(filter.landmark(i));
+  return map;
+}
+
+/// Makes one landmark of those of one hue that are nearer to each other than kTwins_m. The one that was seen most stays.
+void merge_twins(RunMap& map) {
+  constexpr double kTwins_m = 0.5;
+  for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
+    for (std::size_t k = 0; k < map.landmarks.size(); ++k) {
+      localisation::FoundLandmark& one = map.landmarks[i];
+      localisation::FoundLandmark& other = map.landmarks[k];
+      if (i == k || one.hue != other.hue || other.sightings == 0 || one.sightings < other.sightings) continue;
+      if ((one.numbers - other.numbers).head<2>().norm() > kTwins_m) continue;
+      one.sightings += other.sightings;
+      other.sightings = 0;
+      for (std::vector<Tie>& ties : map.ties) {
+        for (Tie& tie : ties) {
+          if (tie.landmark == k) tie.landmark = i;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::string hue_name(const std::array<double, 3>& colour) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const double hue = std::fmod(vision::hue_rad(colour) * kDegrees + 360, 360);
+  // Upper ends, in linear light: an orange of sRGB has 22 degrees there.
+  constexpr std::array<std::pair<double, std::string_view>, 9> kNames{{{12, "red"},
+                                                                      {40, "orange"},
+                                                                      {75, "yellow"},
+                                                                      {165, "green"},
+                                                                      {200, "cyan"},
+                                                                      {260, "blue"},
+                                                                      {285, "violet"},
+                                                                      {345, "magenta"},
+                                                                      {360.1, "red"}}};
+  return std::string(std::ranges::find_if(kNames, [hue](const auto& name) { return hue < name.first; })->second);
+}
+
+Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const calibrate::ChosenFrames& chosen,
+                                const config::Robot& robot) {
+  const auto colours = hues_in(chosen, config::to_rig(robot));
+  if (!colours) return colours.error();
+  RoughMap map;
+  std::map<std::string, int> numbers;
+  for (const runlog::RunData& run : runs) {
+    auto own = map_of(run, chosen, robot, *colours);
+    if (!own) return own.error();
+    merge_twins(*own);
+    // What hides a part of a landmark makes it thinner, and never thicker.
+    constexpr double kWidest = 0.8;
+    std::vector<std::vector<double>> radii_m(own->landmarks.size());
+    for (const std::vector<Tie>& ties : own->ties) {
+      for (const Tie& tie : ties) radii_m[tie.landmark].push_back(tie.thing.radius_m);
+    }
+    std::vector<std::optional<std::size_t>> index_of(own->landmarks.size());
+    std::vector<Eigen::Vector2d> places_m;
+    for (std::size_t i = 0; i < own->landmarks.size(); ++i) {
+      const localisation::FoundLandmark& found = own->landmarks[i];
+      places_m.emplace_back(found.numbers.head<2>());
+      const Eigen::Vector3d& c = (*colours)[found.hue];
+      const std::array<double, 3> colour{c.x(), c.y(), c.z()};
+      if (found.sightings == 0) continue;  // merged
+      if (found.sightings < kLeastSightings) {
+        map.left_out.push_back(fmt::format("{}: something {} at ({:.2f}, {:.2f}) m was seen in {} of {} frames only",
+                                           run.folder.string(), hue_name(colour), found.numbers[0], found.numbers[1],
+                                           found.sightings, own->poses.size()));
+        continue;
+      }
+      const std::string name = hue_name(colour);
+      index_of[i] = map.landmarks.size();
+      map.landmarks.push_back({.name = fmt::format("{}.{}", name, ++numbers[name]),
+                               .colour = colour,
+                               .x_m = found.numbers[vision::kPlaceX],
+                               .y_m = found.numbers[vision::kPlaceY],
+                               .radius_m = base::quantile(radii_m[i], kWidest),
+                               .top_m = found.numbers[vision::kTop]});
+    }
+    for (std::size_t i = 0; i < own->poses.size(); ++i) {
+      std::erase_if(own->ties[i], [&](const Tie& tie) { return !index_of[tie.landmark]; });
+      const localisation::Pose& tracked = own->poses[i];
+      const Eigen::Vector3d pose(tracked.x_m, tracked.y_m, tracked.heading_rad);
+      map.poses.emplace_back(i == 0 ? pose : pose_from(own->ties[i], places_m).value_or(pose));
+    }
+  }
+  if (map.landmarks.size() < 2) {
+    return Error(ErrorCode::kBadData,
+                 "{}: {} landmarks of a vivid colour were found in the images, a survey needs two or more",
+                 runs.front().folder.string(), map.landmarks.size());
+  }
+  return map;
+}
+
+}  // namespace twocone::survey

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/survey/survey.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/config/to_layers.h"
+#include "apps/survey/rough_map.h"
+#include "base/errors.h"
+#include "base/quantile.h"
+#include "vision/uncertain_rig.h"
+
+namespace twocone::survey {
+namespace {
+
+constexpr int kMostRounds = 10;
+/// The rounds end when no landmark moves by more within the map, and no top and radius changes by more.
+constexpr double kSettled_m = 5e-4;
+
+// Priors of what a rough map has. They are wide, so that only the data count.
+constexpr double kPlaceSigma_m = 1;
+constexpr double kTopSigma_m = 0.3;
+// What sightings are measured with in the first round: the errors of a rough map.
+constexpr LandmarkSigma kRough{.x_m = 0.1, .y_m = 0.1, .top_m = 0.03, .radius_m = 0.005};
+// Widths: how much all of a view are widened, a prior; the error of one, besides its noise; and the least sigma of a
+// radius.
+constexpr double kWidening_px = 0.3;
+constexpr double kWidthError_px = 0.1;
+constexpr double kLeastRadiusShare = 0.005;
+// Two things of one hue that are nearer to each other than this are one.
+constexpr double kOnePlace_m = 0.3;
+constexpr std::size_t kLeastOutlines = 6;  ///< one frame has two
+// The quantile of widths that shows a landmark of which nothing is hidden. A sighting is left out as hidden in part if it
+// is narrower by these amounts together.
+constexpr double kWidest = 0.8;
+constexpr double kNarrowSigmas = 3;
+constexpr double kNarrow_px = 0.2;
+constexpr double kNarrowShare = 0.04;
+
+/// Returns the frames that a survey uses. The first of a run is none of them: whether the robot moved while it was exposed
+/// is not known.
+calibrate::ChosenFrames frames_of(const std::vector<runlog::RunData>& runs, int count) {
+  return calibrate::choose_frames(runs, count, 1);
+}
+
+/// Returns the runs with these landmarks on their maps.
+std::vector<runlog::RunData> with_landmarks(const std::vector<runlog::RunData>& runs,
+                                            const std::vector<Landmark>& landmarks) {
+  std::vector<runlog::RunData> on_map = runs;
+  for (runlog::RunData& run : on_map) {
+    run.map.landmarks = landmarks;
+    run.map.without_sigma.clear();
+  }
+  return on_map;
+}
+
+/// Removes the sightings of landmarks that something hides in part. That makes them narrower, and never wider, so that
+/// the widest sightings show the radius. Without it, the bearing is wrong by the part that is hidden.
+void remove_narrow(std::vector<vision::CalibrationFrame>& frames, std::size_t landmarks) {
+  const auto share_of = [](const vision::OutlineWidth& width) { return width.seen_px / width.expected_px; };
+  std::vector<std::vector<double>> shares(landmarks);
+  for (const vision::CalibrationFrame& frame : frames) {
+    for (const vision::LandmarkSighting& seen : frame.sightings) {
+      if (seen.sighting.width) shares[seen.landmark].push_back(share_of(*seen.sighting.width));
+    }
+  }
+  std::vector<double> widest;
+  for (std::vector<double>& of : shares) widest.push_back(of.empty() ? 1 : base::quantile(of, kWidest));
+  for (vision::CalibrationFrame& frame : frames) {
+    std::erase_if(frame.sightings, [&](const vision::LandmarkSighting& seen) {
+      const auto& width = seen.sighting.width;
+      if (!width) return false;
+      const double limit_px = kNarrowSigmas * width->sigma_px + kNarrow_px + kNarrowShare * width->expected_px;
+      return width->seen_px < widest[seen.landmark] * width->expected_px - limit_px;
+    });
+  }
+}
+
+/// Measures the radii by the widths of the outlines, and states their sigma. Blur and the brightness beside an outline
+/// widen all outlines of a view by some tenth of a pixel: that is an unknown, too, which near and far landmarks separate
+/// from the radii.
+void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vector<Landmark>& landmarks) {
+  const auto count = Eigen::Index(landmarks.size());
+  // Unknowns: the true radius over the believed one, of each landmark; the widening of both views, px.
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count + 2, count + 2);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(count + 2);
+  std::vector<std::size_t> widths(landmarks.size(), 0);
+  for (Eigen::Index view = count; view < count + 2; ++view) normal(view, view) = 1 / (kWidening_px * kWidening_px);
+  for (const vision::CalibrationFrame& frame : frames) {
+    for (const vision::LandmarkSighting& seen : frame.sightings) {
+      const auto& width = seen.sighting.width;
+      if (!width) continue;
+      const auto i = Eigen::Index(seen.landmark);
+      const Eigen::Index view = count + (seen.side == vision::Side::kLower ? 0 : 1);
+      const double weight = 1 / (width->sigma_px * width->sigma_px + kWidthError_px * kWidthError_px);
+      normal(i, i) += weight * width->expected_px * width->expected_px;
+      normal(i, view) += weight * width->expected_px;
+      normal(view, i) += weight * width->expected_px;
+      normal(view, view) += weight;
+      right[i] += weight * width->expected_px * width->seen_px;
+      right[view] += weight * width->seen_px;
+      ++widths[seen.landmark];
+    }
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (widths[std::size_t(i)] == 0) normal(i, i) = 1;
+  }
+  const auto factor = normal.ldlt();
+  const Eigen::VectorXd answer = factor.solve(right);
+  const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(count + 2, count + 2));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (widths[std::size_t(i)] == 0) continue;
+    Landmark& landmark = landmarks[std::size_t(i)];
+    landmark.radius_m *= answer[i];
+    // The errors of one landmark's widths are those of its light, so that they do not average away over frames.
+    const double own = std::sqrt(covariance(i, i) * double(widths[std::size_t(i)]));
+    landmark.sigma.radius_m = landmark.radius_m * std::max(kLeastRadiusShare, own);
+  }
+}
+
+Error no_solver() {
+  return {ErrorCode::kUnavailable,
+          "this twocone was built without Ceres, which surveys: apt install libceres-dev, then configure again"};
+}
+
+Error refusal(const vision::CalibrationResult& result, const std::string& run) {
+  using vision::CalibrationVerdict;
+  switch (result.verdict) {
+    case CalibrationVerdict::kNoSolver:
+      return no_solver();
+    case CalibrationVerdict::kTooFewFrames:
+    case CalibrationVerdict::kTooFewLandmarks:
+      return Error(ErrorCode::kBadData, "{}: only {} of the chosen frames show two landmarks or more, a survey needs {}",
+                   run, result.frames_used, vision::CalibrationResult::kMinFrames);
+    case CalibrationVerdict::kContradictory:
+    case CalibrationVerdict::kOk:
+      break;
+  }
+  return Error(ErrorCode::kBadData,
+               "{}: no map explains what is seen with this rig: calibrate it, or survey with --calibrate", run);
+}
+
+/// Returns whether a round changed nothing but place, direction and scale of the whole map, which the sightings determine
+/// much less than its shape.
+bool is_settled(const std::vector<Landmark>& last, const std::vector<Landmark>& now) {
+  const auto count = double(now.size());
+  Eigen::Vector2d last_middle = Eigen::Vector2d::Zero();
+  Eigen::Vector2d now_middle = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    last_middle += vision::place_m(last[i]) / count;
+    now_middle += vision::place_m(now[i]) / count;
+  }
+  // The similarity as a complex number: now = similarity times last.
+  std::complex<double> product = 0;
+  double square = 0;
+  const auto arm = [](const Landmark& landmark, const Eigen::Vector2d& middle) {
+    return std::complex<double>(landmark.x_m - middle.x(), landmark.y_m - middle.y());
+  };
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    product += std::conj(arm(last[i], last_middle)) * arm(now[i], now_middle);
+    square += std::norm(arm(last[i], last_middle));
+  }
+  const std::complex<double> similarity = product / square;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const auto moved = arm(now[i], now_middle) - similarity * arm(last[i], last_middle);
+    if (std::abs(moved) > kSettled_m) return false;
+    if (std::abs(now[i].radius_m - std::abs(similarity) * last[i].radius_m) > kSettled_m) return false;
+    if (std::abs(now[i].top_m - last[i].top_m) > kSettled_m) return false;
+  }
+  return true;
+}
+
+/// Number of sightings of each landmark, and how many of them were left out.
+std::vector<SurveyedLandmark> counted(const std::vector<Landmark>& landmarks, const vision::CalibrationProblem& problem,
+                                      const vision::CalibrationResult& result) {
+  std::vector<SurveyedLandmark> counts;
+  for (const Landmark& landmark : landmarks) counts.push_back({landmark});
+  for (const vision::SightingResidual& residual : result.residuals) {
+    SurveyedLandmark& of = counts[problem.frames[residual.frame].sightings[residual.sighting].landmark];
+    ++of.sightings;
+    of.outliers += residual.outlier ? 1 : 0;
+  }
+  return counts;
+}
+
+/// Returns the first landmark that is none: the second of two of one hue at one place, one that hardly any frame shows,
+/// or one whose sightings do not agree on a place. Says why.
+std::optional<std::pair<std::size_t, std::string>> no_landmark(const std::vector<SurveyedLandmark>& landmarks) {
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const SurveyedLandmark& one = landmarks[i];
+    for (const SurveyedLandmark& other : landmarks) {
+      const bool is_twin = &other != &one && other.landmark.colour == one.landmark.colour &&
+                           (vision::place_m(other.landmark) - vision::place_m(one.landmark)).norm() < kOnePlace_m;
+      if (is_twin && (one.sightings < other.sightings || (one.sightings == other.sightings && &other < &one))) {
+        return std::pair(i, fmt::format("{} is {}: they came to one place", one.landmark.name, other.landmark.name));
+      }
+    }
+    if (one.sightings - one.outliers < kLeastOutlines) {
+      return std::pair(i, fmt::format("{}: only {} of its outlines could be measured", one.landmark.name,
+                                      one.sightings - one.outliers));
+    }
+    if (2 * one.outliers > one.sightings) {
+      return std::pair(i, fmt::format("{}: {} of its {} sightings contradict the others: it moved, or is several things",
+                                      one.landmark.name, one.outliers, one.sightings));
+    }
+  }
+  return std::nullopt;
+}
+
+/// Returns the distances with the indices of their landmarks. Error: kBadData for a name that was not found.
+Result<std::vector<vision::MeasuredDistance>> distances_of(const std::vector<TapeDistance>& tapes,
+                                                           const std::vector<Landmark>& landmarks) {
+  std::vector<vision::MeasuredDistance> distances;
+  for (const TapeDistance& tape : tapes) {
+    std::array<std::size_t, 2> ends{};
+    for (const auto& [end, name] : {std::pair(0U, &tape.from), std::pair(1U, &tape.to)}) {
+      const auto found = std::ranges::find(landmarks, *name, &Landmark::name);
+      if (found == landmarks.end()) {
+        std::vector<std::string> names;
+        names.reserve(landmarks.size());
+        for (const Landmark& landmark : landmarks) names.push_back(landmark.name);
+        return Error(ErrorCode::kBadData, "--distance names '{}', which the survey did not find; it found {}", *name,
+                     fmt::join(names, ", "));
+      }
+      ends[end] = std::size_t(found - landmarks.begin());
+    }
+    distances.push_back({ends[0], ends[1], tape.distance_m, tape.sigma_m});
+  }
+  return distances;
+}
+
+}  // namespace
+
+Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Robot& robot, const Settings& settings) {
+  if (runs.empty()) throw std::invalid_argument("survey: there is no run, must be at least one");
+  const std::string name = runs.front().folder.string();
+  if (!vision::can_calibrate()) return no_solver();
+  const auto notify = [&settings](double done) {
+    if (settings.progress) settings.progress(done);
+  };
+  auto rough = find_rough_map(runs, frames_of(runs, settings.frames), robot);
+  if (!rough) return rough.error();
+  std::vector<Landmark> landmarks = rough->landmarks;
+  for (Landmark& landmark : landmarks) landmark.sigma = kRough;
+  std::vector<runlog::RunData> on_map = with_landmarks(runs, landmarks);
+  calibrate::ChosenFrames chosen = frames_of(on_map, settings.frames);
+  const vision::Rig rig = config::to_rig(robot);
+
+  vision::CalibrationProblem problem{
+      .rig = rig,
+      .wheels = calibrate::wheels_of(robot),
+      .landmarks = landmarks,
+      .frames = {},
+      .lower_rim = {},
+      .upper_rim = {},
+      .priors = settings.priors,
+      .fit_timing = settings.calibrates,
+      .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px},
+      .holds_first_pose = true};
+  if (!settings.calibrates) {
+    config::Map without = runs.front().map;
+    without.landmarks.clear();
+    problem.held_rig = config::to_belief_errors(robot, without).vision;
+  }
+  const config::RigSigma believed = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig));
+  calibrate::Report solution{.runs = {},
+                             .robot = robot.file.string(),
+                             .problem = problem,
+                             .before = rig,
+                             .after = rig,
+                             .rig = robot.rig,
+                             .drive = robot.drive,
+                             .slip = problem.wheels->slip,
+                             .believed = believed,
+                             .has_one_map = true};
+  for (const runlog::RunData& run : runs) solution.runs.push_back(run.folder.string());
+  if (settings.calibrates) {
+    calibrate::measure_circles(chosen, rig, solution.circles);
+    problem.lower_rim = solution.circles[0].rim;
+    problem.upper_rim = solution.circles[1].rim;
+    problem.distortion_sigma = believed.distortion;
+  }
+  std::vector<std::optional<Eigen::Vector3d>> poses = rough->poses;
+  for (int round = 0; round < kMostRounds; ++round) {
+    calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, poses, [&](double done) {
+      notify((round + done) / kMostRounds);
+    });
+    if (!sighted.unreadable.empty()) return sighted.unreadable.front();
+    for (std::size_t i = 0; i < sighted.frames.size(); ++i) sighted.frames[i].start = poses[i];
+    const std::vector<Landmark> before = landmarks;
+    auto distances = distances_of(settings.distances, landmarks);
+    if (!distances) return distances.error();
+    problem.distances = *std::move(distances);
+    remove_narrow(sighted.frames, landmarks.size());
+    measure_radii(sighted.frames, landmarks);
+    problem.frames = std::move(sighted.frames);
+    problem.landmarks = landmarks;
+    for (Landmark& landmark : problem.landmarks) {
+      landmark.sigma = {kPlaceSigma_m, kPlaceSigma_m, kTopSigma_m, landmark.sigma.radius_m};
+    }
+    vision::CalibrationResult result = vision::calibrate(problem);
+    if (result.verdict != vision::CalibrationVerdict::kOk) return refusal(result, name);
+    solution.rounds = round + 1;
+    if (const auto none = no_landmark(counted(landmarks, problem, result)); none && round + 1 < kMostRounds) {
+      rough->left_out.push_back(none->second);
+      landmarks.erase(landmarks.begin() + std::ptrdiff_t(none->first));
+      if (landmarks.size() < 2) return refusal({}, name);
+      for (runlog::RunData& run : on_map) run.map.landmarks = landmarks;
+      chosen = frames_of(on_map, settings.frames);
+      continue;
+    }
+    solution.is_settled = round > 0 && is_settled(before, result.landmarks);
+    landmarks = result.landmarks;
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
+      const Eigen::Vector4d sigma = result.belief_covariance.diagonal().segment<4>(at).cwiseMax(0).cwiseSqrt();
+      landmarks[i].sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop],
+                            sigma[vision::kRadius]};
+    }
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      if (result.poses[i]) poses[i] = result.poses[i];
+    }
+    for (runlog::RunData& run : on_map) run.map.landmarks = landmarks;
+    if (settings.calibrates) {
+      calibrate::take(result, robot, solution);
+    } else {
+      solution.result = std::move(result);
+    }
+    if (solution.is_settled) break;
+  }
+  solution.problem = std::move(problem);
+  Report report{.landmarks = counted(landmarks, solution.problem, solution.result),
+                .left_out = rough->left_out,
+                .solution = std::move(solution),
+                .calibrated = settings.calibrates,
+                .bounds = runs.front().map.bounds};
+  notify(1);
+  return report;
+}
+
+}  // namespace twocone::survey
