@@ -115,9 +115,9 @@ struct CalibrationProblem {
   /// how much older both views' images are than their stamps.
   bool fit_timing = false;
   std::array<int, 2> height_px{};  ///< of the images, lower and upper; below 2: no readout of that view. >= 0
-  /// The first frame that is used stays at its start pose, which defines the world. Without it, only the landmarks'
-  /// priors do.
-  bool holds_first_pose = false;
+  /// The covariance of the start pose (x m, y m, heading rad) of the first frame that is used, which then counts as
+  /// measured: it defines the world where the landmarks' places are not known. Empty: it is only a start.
+  std::optional<Eigen::Matrix3d> first_pose_covariance{};
   std::vector<MeasuredDistance> distances{};
   /// The rig and its exposures are held as they are believed, with these errors (of rig and times), which count in all
   /// covariances. Priors of the rig are not used then. Empty: they are estimated.
@@ -232,7 +232,7 @@ bool can_calibrate();
 /// * Skew and readout move a landmark's image by the body's motion in that time: changing speed and turn rate separate
 ///   them from the upper view's azimuth and offset and from tilts. Latency shifts both ends of the wheels' motion
 ///   alike: a drive at one speed along one arc does not determine it.
-/// * If landmarks are not trusted, only their priors, or a first pose that is held, determine their common translation
+/// * If landmarks are not trusted, only their priors, or the first pose where it is given, determine their common translation
 ///   and rotation, and only the mirrors' sizes, the wheels' radius, the heights and measured distances determine their
 ///   common scale.
 ///
@@ -248,8 +248,8 @@ bool can_calibrate();
 /// @throws std::invalid_argument naming each value outside its domain: a landmark's index, place, top or radius, a
 /// pixel that is not finite, a covariance that is not positive definite, priors and wheels that are not > 0, wheel
 /// readings that are not finite or run backwards, twists and times that are not finite, a rim's circle or sigmas, a
-/// systematic_px, distortion_sigma or height_px that is not >= 0, a start pose that is not finite, a distance or its
-/// sigma that is not > 0 or is not between two landmarks
+/// systematic_px, distortion_sigma or height_px that is not >= 0, a start pose that is not finite, its
+/// covariance that is not positive definite, a distance or its sigma that is not > 0 or is not between two landmarks
 CalibrationResult calibrate(const CalibrationProblem& problem);
 
 /// A landmark's shift minus the shift that the best common translation, rotation and scale of the other landmarks

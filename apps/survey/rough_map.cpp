@@ -29,9 +29,6 @@ using localisation::MapFilter;
 constexpr std::size_t kHueImages = 40;
 // A thing that fewer of the chosen frames show is not surveyed: a few may be of something that passed by.
 constexpr std::size_t kLeastSightings = 4;
-// Two maps of one room agree where landmarks of one hue are this near to each other.
-constexpr double kSamePlace_m = 0.25;
-constexpr std::size_t kLeastShared = 3;
 
 /// A thing that one frame shows, and the landmark that it is.
 struct Tie {
@@ -44,6 +41,8 @@ struct RunMap {
   std::vector<localisation::FoundLandmark> landmarks;
   std::vector<localisation::Pose> poses;  ///< of the run's chosen frames
   std::vector<std::vector<Tie>> ties;     ///< of the run's chosen frames
+  localisation::Pose first;  ///< RoughMap::first
+  BodyTwist twist;
 };
 
 Result<std::array<cv::Mat, 2>> images_at(const runlog::RunData& run, std::size_t row) {
@@ -115,7 +114,6 @@ Result<RunMap> map_of(const runlog::RunData& run, const calibrate::ChosenFrames&
   MapFilter filter(rig, errors.vision, config::to_wheels(robot), {}, errors.wheels, config::to_start_pose(robot));
   RunMap map;
   std::size_t next = 0;
-  localisation::Pose first;  // by the wheels alone, which defines the world
   for (const calibrate::ChosenFrames::Frame& frame : chosen.frames) {
     if (frame.run != &run) continue;
     for (; next <= frame.row && next < run.drive.size(); ++next) {
@@ -125,10 +123,13 @@ Result<RunMap> map_of(const runlog::RunData& run, const calibrate::ChosenFrames&
     if (!both) return both.error();
     const runlog::FrameRow& stamps = run.frames[frame.row];
     const auto motion = vision::frame_motion(runlog::twist_at(run, frame.row), stamps.upper_t_s - stamps.lower_t_s);
-    if (map.poses.empty()) first = filter.pose().pose;
+    if (map.poses.empty()) {
+      map.first = filter.pose().pose;
+      map.twist = motion ? motion->twist : BodyTwist{};
+    }
     const auto things = search.look((*both)[0], (*both)[1], motion);
     const auto landmarks = filter.observe(things);
-    map.poses.push_back(map.poses.empty() ? first : filter.pose().pose);
+    map.poses.push_back(filter.pose().pose);
     std::vector<Tie>& ties = map.ties.emplace_back();
     for (std::size_t i = 0; i < things.size(); ++i) {
       if (landmarks[i]) ties.push_back({things[i], *landmarks[i]});
@@ -192,6 +193,10 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
     for (const std::vector<Tie>& ties : own->ties) {
       for (const Tie& tie : ties) radii_m[tie.landmark].push_back(tie.thing.radius_m);
     }
+    if (map.poses.empty()) {
+      map.first = own->first;
+      map.twist = own->twist;
+    }
     std::vector<std::optional<std::size_t>> index_of(own->landmarks.size());
     std::vector<Eigen::Vector2d> places_m;
     for (std::size_t i = 0; i < own->landmarks.size(); ++i) {
@@ -219,7 +224,7 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
       std::erase_if(own->ties[i], [&](const Tie& tie) { return !index_of[tie.landmark]; });
       const localisation::Pose& tracked = own->poses[i];
       const Eigen::Vector3d pose(tracked.x_m, tracked.y_m, tracked.heading_rad);
-      map.poses.emplace_back(i == 0 ? pose : pose_from(own->ties[i], places_m).value_or(pose));
+      map.poses.emplace_back(pose_from(own->ties[i], places_m).value_or(pose));
     }
   }
   if (map.landmarks.size() < 2) {

@@ -13,7 +13,6 @@
 #include "apps/config/to_layers.h"
 #include "apps/survey/rough_map.h"
 #include "base/errors.h"
-#include "base/quantile.h"
 #include "vision/uncertain_rig.h"
 
 namespace twocone::survey {
@@ -23,6 +22,8 @@ constexpr int kMostRounds = 10;
 /// The rounds end when no landmark moves by more within the map, and no top and radius changes by more.
 constexpr double kSettled_m = 5e-4;
 
+// The first pose defines the world, so that it is exact: in numbers, to this many metres and radians.
+constexpr double kExact = 1e-6;
 // Priors of what a rough map has. They are wide, so that only the data count.
 constexpr double kPlaceSigma_m = 1;
 constexpr double kTopSigma_m = 0.3;
@@ -36,17 +37,25 @@ constexpr double kLeastRadiusShare = 0.005;
 // Two things of one hue that are nearer to each other than this are one.
 constexpr double kOnePlace_m = 0.3;
 constexpr std::size_t kLeastOutlines = 6;  ///< one frame has two
-// The quantile of widths that shows a landmark of which nothing is hidden. A sighting is left out as hidden in part if it
-// is narrower by these amounts together.
-constexpr double kWidest = 0.8;
+// Widths of one landmark agree within this share of them. A sighting is left out as hidden in part if it is narrower by
+// the three amounts together.
+constexpr double kSameWidth = 0.04;
+constexpr double kMany = 0.4;
 constexpr double kNarrowSigmas = 3;
 constexpr double kNarrow_px = 0.2;
-constexpr double kNarrowShare = 0.04;
 
 /// Returns the frames that a survey uses. The first of a run is none of them: whether the robot moved while it was exposed
 /// is not known.
 calibrate::ChosenFrames frames_of(const std::vector<runlog::RunData>& runs, int count) {
   return calibrate::choose_frames(runs, count, 1);
+}
+
+/// Returns where a body is that was at `pose` a time ago, which may be negative.
+Eigen::Vector3d pose_at(const Pose2& pose, const BodyTwist& twist, double time_s) {
+  const double heading_rad = pose.heading_rad + twist.turn_radps * time_s / 2;
+  const double way_m = twist.forward_mps * time_s;
+  return {pose.x_m + way_m * std::cos(heading_rad), pose.y_m + way_m * std::sin(heading_rad),
+          pose.heading_rad + twist.turn_radps * time_s};
 }
 
 /// Returns the runs with these landmarks on their maps.
@@ -60,24 +69,49 @@ std::vector<runlog::RunData> with_landmarks(const std::vector<runlog::RunData>& 
   return on_map;
 }
 
-/// Removes the sightings of landmarks that something hides in part. That makes them narrower, and never wider, so that
-/// the widest sightings show the radius. Without it, the bearing is wrong by the part that is hidden.
+/// Returns the largest value about which many others lie within kSameWidth of it: kMany of the most that do so anywhere.
+double largest_common(std::vector<double> values) {
+  std::ranges::sort(values);
+  // Of each value: how many lie from it up to twice the share above it.
+  std::vector<std::size_t> counts;
+  for (std::size_t first = 0, end = 0; first < values.size(); ++first) {
+    while (end < values.size() && values[end] <= values[first] * (1 + 2 * kSameWidth)) ++end;
+    counts.push_back(end - first);
+  }
+  if (counts.empty()) return 1;
+  const double many = kMany * double(*std::ranges::max_element(counts));
+  for (std::size_t first = counts.size(); first-- > 0;) {
+    if (double(counts[first]) < many) continue;
+    // The fullest window that overlaps this one is the middle of that group.
+    std::size_t best = first;
+    for (std::size_t i = first; i-- > 0 && values[i] * (1 + 2 * kSameWidth) >= values[first];) {
+      if (counts[i] > counts[best]) best = i;
+    }
+    return values[best + counts[best] / 2];
+  }
+  return 1;
+}
+
+/// Removes the sightings of landmarks that something hides in part, since their bearing is wrong by the part that is
+/// hidden. That makes them narrower and never wider, so that the greatest width on which many sightings agree is that of
+/// the whole landmark.
 void remove_narrow(std::vector<vision::CalibrationFrame>& frames, std::size_t landmarks) {
-  const auto share_of = [](const vision::OutlineWidth& width) { return width.seen_px / width.expected_px; };
   std::vector<std::vector<double>> shares(landmarks);
   for (const vision::CalibrationFrame& frame : frames) {
     for (const vision::LandmarkSighting& seen : frame.sightings) {
-      if (seen.sighting.width) shares[seen.landmark].push_back(share_of(*seen.sighting.width));
+      const auto& width = seen.sighting.width;
+      if (width) shares[seen.landmark].push_back(width->seen_px / width->expected_px);
     }
   }
-  std::vector<double> widest;
-  for (std::vector<double>& of : shares) widest.push_back(of.empty() ? 1 : base::quantile(of, kWidest));
+  std::vector<double> common;
+  common.reserve(landmarks);
+  for (const std::vector<double>& of : shares) common.push_back(largest_common(of));
   for (vision::CalibrationFrame& frame : frames) {
     std::erase_if(frame.sightings, [&](const vision::LandmarkSighting& seen) {
       const auto& width = seen.sighting.width;
       if (!width) return false;
-      const double limit_px = kNarrowSigmas * width->sigma_px + kNarrow_px + kNarrowShare * width->expected_px;
-      return width->seen_px < widest[seen.landmark] * width->expected_px - limit_px;
+      const double limit_px = kNarrowSigmas * width->sigma_px + kNarrow_px + kSameWidth * width->expected_px;
+      return width->seen_px < common[seen.landmark] * width->expected_px - limit_px;
     });
   }
 }
@@ -262,7 +296,7 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
       .priors = settings.priors,
       .fit_timing = settings.calibrates,
       .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px},
-      .holds_first_pose = true};
+      .first_pose_covariance = kExact * kExact * Eigen::Matrix3d::Identity()};
   if (!settings.calibrates) {
     config::Map without = runs.front().map;
     without.landmarks.clear();
@@ -292,6 +326,7 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
       notify((round + done) / kMostRounds);
     });
     if (!sighted.unreadable.empty()) return sighted.unreadable.front();
+    poses.front() = pose_at(rough->first, rough->twist, solution.after.exposures.front().late_s);
     for (std::size_t i = 0; i < sighted.frames.size(); ++i) sighted.frames[i].start = poses[i];
     const std::vector<Landmark> before = landmarks;
     auto distances = distances_of(settings.distances, landmarks);

@@ -48,7 +48,9 @@ struct Report {
   Bounds bounds;            ///< of the runs' map
 };
 
-/// Surveys the landmarks of a room. The world is that of the first run's start pose.
+/// Surveys the landmarks of a room. The world is that of the first run's start pose, as far as the wheels know it: its
+/// first frame is where they say, exactly. The way to that frame is some centimetres long, and its error is no error of
+/// the map.
 ///
 /// A rough map (apps/survey/rough_map.h) is the start. Then the landmarks' outlines are measured in the chosen frames
 /// where they are expected, and places, tops, radii, poses and, on request, the rig are solved together

@@ -205,6 +205,24 @@ TEST_F(CalibrationFile, ThatIsDamagedIsRefusedInOneLine) {
   EXPECT_THAT(message_of([&] { to_belief_errors(robot, good_map()); }), HasSubstr("torn.json: is no JSON"));
 }
 
+TEST_F(CalibrationFile, ASurveyReplacesWhatTheMapStatesOfTheLandmarks) {
+  json_["systematic_px"] = 0.1;
+  Map map = good_map();
+  map.survey = folder_.write("good.survey.json", json_.dump());
+  const auto mixed = [](const BeliefErrors& all) { return (all.vision.rig * all.vision.landmarks[0].transpose())(3, 0); };
+  const BeliefErrors same_rig = to_belief_errors(robot_with(""), map);
+  EXPECT_NEAR(mixed(same_rig), 0.5e-6, 1e-15) << "rig and map were found together";
+  EXPECT_DOUBLE_EQ(same_rig.vision.sighting_px, std::sqrt(3.0) * 0.1);
+  // Another robot has the map's errors, but not those of the rig that surveyed.
+  Robot other = robot_with("");
+  other.rig.lower.rim_radius_px += 1;
+  const BeliefErrors all = to_belief_errors(other, map);
+  EXPECT_NEAR(mixed(all), 0, 1e-15);
+  EXPECT_NEAR((all.vision.landmarks[0] * all.vision.landmarks[1].transpose())(1, 2), 0.5e-6, 1e-15);
+  map.survey = folder_.path() / "none.json";
+  EXPECT_THAT(message_of([&] { to_belief_errors(other, map); }), HasSubstr("none.json"));
+}
+
 TEST(MapText, HasTheLandmarksOfTheCalibration) {
   const TemporaryFolder folder;
   Map map = good_map();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrations in which the landmarks are not known: a first pose that is held, measured distances, and a rig that is
+// Calibrations in which the landmarks are not known: a first pose that defines the world, measured distances, and a rig that is
 // held with its uncertainty.
 #include "vision/calibration.h"
 
@@ -20,7 +20,7 @@ namespace {
 CalibrationProblem survey_of(const DriveSettings& world, const Rig& believed = lab_rig()) {
   CalibrationProblem problem{believed, WheelBelief{0.05, 0.30}, world.landmarks, drive_among_landmarks(world), {}, {}};
   problem.systematic_px = 0;
-  problem.holds_first_pose = true;
+  problem.first_pose_covariance = 1e-14 * Eigen::Matrix3d::Identity();
   problem.frames.front().start = pose_on_loop(0);
   for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
     Landmark& l = problem.landmarks[i];
@@ -114,7 +114,7 @@ TEST(SurveyBundle, TheErrorsOfAHeldRigKeepTheirCorrelation) {
   EXPECT_NEAR(spread(together), 0.01 * (place_m(world.landmarks[0]) - pose_on_loop(0).head<2>()).norm(), 0.003);
 }
 
-TEST(SurveyBundle, TheFirstPoseIsTheStartExactly) {
+TEST(SurveyBundle, TheFirstPoseDefinesTheWorld) {
   DriveSettings world;
   CalibrationProblem problem = survey_of(world);
   problem.held_rig = exact_rig();
@@ -128,7 +128,13 @@ TEST(SurveyBundle, TheFirstPoseIsTheStartExactly) {
   }
   const CalibrationResult result = calibrate(problem);
   ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
-  EXPECT_EQ(*result.poses.front(), Eigen::Vector3d(1, 2, 0.5));
+  EXPECT_LT((*result.poses.front() - Eigen::Vector3d(1, 2, 0.5)).norm(), 1e-6);
+  // A first pose that is less certain moves the whole map by its error.
+  problem.first_pose_covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-14).asDiagonal();
+  const Eigen::Index at = kRigNumbers;
+  const Eigen::Matrix2d more =
+      calibrate(problem).belief_covariance.block<2, 2>(at, at) - result.belief_covariance.block<2, 2>(at, at);
+  EXPECT_LT((more - 1e-4 * Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 1e-7);
 }
 
 // Catches a distance that is not used, or used with another weight: without the sizes of the mirrors, nothing else fixes
@@ -173,6 +179,9 @@ TEST(SurveyBundle, RefusesDistancesOutsideTheirDomain) {
     EXPECT_THROW((void)calibrate(problem), std::invalid_argument) << bad.from << bad.to << bad.sigma_m;
   }
   problem.distances.clear();
+  problem.first_pose_covariance->setZero();
+  EXPECT_THROW((void)calibrate(problem), std::invalid_argument);
+  problem.first_pose_covariance.reset();
   problem.frames[0].start = Eigen::Vector3d(0, NAN, 0);
   EXPECT_THROW((void)calibrate(problem), std::invalid_argument);
 }

@@ -110,7 +110,12 @@ struct BundleData {
   std::vector<RimRow> rims;
   std::size_t groups = 0;
   bool moves_landmarks = false;  ///< whether a number of a landmark is uncertain
-  bool holds_first_pose = false;
+  /// The measured pose of the first frame, and W with W covariance W^T = 1.
+  struct FirstPose {
+    Eigen::Vector3d pose;
+    Eigen::Matrix3d whitener;
+  };
+  std::optional<FirstPose> first_pose{};
   struct DistanceRow {
     MeasuredDistance measured;
     Landmark from, to;

@@ -116,6 +116,20 @@ void add_rims(const BundleData& data, BundleState& state, ceres::Problem& proble
   }
 }
 
+void add_first_pose(const BundleData& data, BundleState& state, ceres::Problem& problem) {
+  if (!data.first_pose) return;
+  const auto cost = [&first = *data.first_pose]<typename T>(const T* pose, T* residual) {
+    const T error[3] = {pose[0] - first.pose[0], pose[1] - first.pose[1],
+                        within_half_a_turn<T>(pose[2] - first.pose[2])};
+    for (int i = 0; i < 3; ++i) {
+      residual[i] = T(0);
+      for (int j = 0; j < 3; ++j) residual[i] += first.whitener(i, j) * error[j];
+    }
+    return true;
+  };
+  add<3, 3>(problem, cost, nullptr, state.poses.front().data());
+}
+
 void add_distances(const BundleData& data, BundleState& state, ceres::Problem& problem) {
   for (const BundleData::DistanceRow& row : data.distances) {
     const auto cost = [&row]<typename T>(const T* from, const T* to, T* residual) {
@@ -144,7 +158,7 @@ void add_prior(BundleState& state, ceres::Problem& problem) {
 void build(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
   problem.AddParameterBlock(state.unknowns.data(), kSharedNumbers);
   for (Eigen::Vector3d& pose : state.poses) problem.AddParameterBlock(pose.data(), 3);
-  if (data.holds_first_pose) problem.SetParameterBlockConstant(state.poses.front().data());
+  add_first_pose(data, state, problem);
   add_sightings(data, settings, state, problem);
   if (has_biases(settings)) add_centred(state.biases, settings.systematic_px, problem);
   add_centred(state.landmarks, 1, problem);
@@ -201,9 +215,7 @@ Eigen::MatrixXd shared_information(const BundleData& data, const BundleSettings&
     for (LandmarkVector& shift : copy.landmarks) options.parameter_blocks.push_back(shift.data());
   }
   const int wanted = kSharedNumbers + (data.moves_landmarks ? kLandmarkNumbers * int(copy.landmarks.size()) : 0);
-  for (std::size_t i = data.holds_first_pose ? 1 : 0; i < copy.poses.size(); ++i) {
-    options.parameter_blocks.push_back(copy.poses[i].data());
-  }
+  for (Eigen::Vector3d& pose : copy.poses) options.parameter_blocks.push_back(pose.data());
   for (Eigen::Vector2d& slips : copy.slips) options.parameter_blocks.push_back(slips.data());
   if (has_biases(settings)) {
     for (Eigen::Vector2d& bias : copy.biases) options.parameter_blocks.push_back(bias.data());

@@ -216,6 +216,10 @@ void check(const CalibrationProblem& problem) {
         p.wheel_separation_m, p.latency_s, p.skew_s, p.readout_s}) {
     bad.require(base::is_positive(prior), "a prior's sigma is {}, must be > 0", prior);
   }
+  bad.require(!problem.first_pose_covariance ||
+                  (problem.first_pose_covariance->allFinite() &&
+                   problem.first_pose_covariance->llt().info() == Eigen::Success),
+              "the first pose's covariance is not positive definite");
   for (const MeasuredDistance& d : problem.distances) {
     bad.require(d.from < problem.landmarks.size() && d.to < problem.landmarks.size() && d.from != d.to &&
                     base::is_positive(d.distance_m) && base::is_positive(d.sigma_m),
@@ -292,7 +296,11 @@ Bundle bundle_of(const CalibrationProblem& problem) {
   bundle.start.landmarks.assign(problem.landmarks.size(), LandmarkVector::Zero());
   bundle.data.moves_landmarks =
       std::ranges::any_of(problem.landmarks, [](const Landmark& l) { return sigmas_of(l).maxCoeff() > 0; });
-  bundle.data.holds_first_pose = problem.holds_first_pose;
+  if (problem.first_pose_covariance && !bundle.start.poses.empty()) {
+    const Eigen::Matrix3d factor = problem.first_pose_covariance->llt().matrixL();
+    bundle.data.first_pose = {bundle.start.poses.front(),
+                              factor.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity())};
+  }
   for (const MeasuredDistance& d : problem.distances) {
     bundle.data.distances.push_back({d, problem.landmarks[d.from], problem.landmarks[d.to]});
   }
