@@ -29,6 +29,9 @@ using localisation::MapFilter;
 constexpr std::size_t kHueImages = 40;
 // A thing that fewer of the chosen frames show is not surveyed: a few may be of something that passed by.
 constexpr std::size_t kLeastSightings = 4;
+// Two maps of one room agree where landmarks of one hue are this near to each other.
+constexpr double kSamePlace_m = 0.35;
+constexpr std::size_t kLeastShared = 3;
 
 /// A thing that one frame shows, and the landmark that it is.
 struct Tie {
@@ -159,6 +162,83 @@ void merge_twins(RunMap& map) {
   }
 }
 
+/// Returns what a filter found as a landmark, named by its hue alone; without a name if too few frames show it.
+Landmark to_landmark(const localisation::FoundLandmark& found, const std::vector<std::vector<Tie>>& ties,
+                     std::size_t index, const std::vector<Eigen::Vector3d>& colours) {
+  // What hides a part of a landmark makes it thinner, and never thicker.
+  constexpr double kWidest = 0.8;
+  std::vector<double> radii_m;
+  for (const std::vector<Tie>& of_frame : ties) {
+    for (const Tie& tie : of_frame) {
+      if (tie.landmark == index) radii_m.push_back(tie.thing.radius_m);
+    }
+  }
+  const Eigen::Vector3d& c = colours[found.hue];
+  Landmark landmark{.colour = {c.x(), c.y(), c.z()},
+                    .x_m = found.numbers[vision::kPlaceX],
+                    .y_m = found.numbers[vision::kPlaceY],
+                    .radius_m = radii_m.empty() ? found.numbers[vision::kRadius] : base::quantile(radii_m, kWidest),
+                    .top_m = found.numbers[vision::kTop]};
+  if (found.sightings >= kLeastSightings) landmark.name = hue_name(landmark.colour);
+  return landmark;
+}
+
+/// Returns the index of the landmark of that colour at that place.
+std::optional<std::size_t> same_landmark(const Landmark& landmark, const std::vector<Landmark>& among) {
+  for (std::size_t i = 0; i < among.size(); ++i) {
+    const bool is_near = (vision::place_m(among[i]) - vision::place_m(landmark)).norm() < kSamePlace_m;
+    if (is_near && among[i].colour == landmark.colour) return i;
+  }
+  return std::nullopt;
+}
+
+/// The motion that lays one map onto another.
+struct Overlay {
+  double heading_rad = 0;
+  Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();
+  std::size_t agree = 0;  ///< landmarks that lie on one of their colour
+
+  [[nodiscard]] Eigen::Vector2d moved(const Eigen::Vector2d& place_m) const {
+    return shift_m + Eigen::Rotation2Dd(heading_rad) * place_m;
+  }
+  [[nodiscard]] Eigen::Vector3d moved(const localisation::Pose& pose) const {
+    const Eigen::Vector2d place_m = moved(Eigen::Vector2d(pose.x_m, pose.y_m));
+    return {place_m.x(), place_m.y(), localisation::wrap_angle_rad(pose.heading_rad + heading_rad)};
+  }
+};
+
+/// Returns the overlay with which most landmarks agree, tried for every two of them.
+Overlay best_overlay(const std::vector<Landmark>& landmarks, const std::vector<Landmark>& onto) {
+  Overlay best;
+  const auto is_pair = [](const Landmark& a, const Landmark& b) { return a.colour == b.colour && !a.name.empty(); };
+  for (const Landmark& a : landmarks) {
+    for (const Landmark& b : landmarks) {
+      for (const Landmark& c : onto) {
+        for (const Landmark& d : onto) {
+          if (&a == &b || &c == &d || !is_pair(a, c) || !is_pair(b, d)) continue;
+          const Eigen::Vector2d here_m = vision::place_m(b) - vision::place_m(a);
+          const Eigen::Vector2d there_m = vision::place_m(d) - vision::place_m(c);
+          if (std::abs(here_m.norm() - there_m.norm()) > kSamePlace_m) continue;
+          Overlay overlay;
+          overlay.heading_rad = localisation::wrap_angle_rad(std::atan2(there_m.y(), there_m.x()) -
+                                                             std::atan2(here_m.y(), here_m.x()));
+          overlay.shift_m = (vision::place_m(c) + vision::place_m(d)) / 2 -
+                            Eigen::Rotation2Dd(overlay.heading_rad) * (vision::place_m(a) + vision::place_m(b)) / 2;
+          for (const Landmark& landmark : landmarks) {
+            Landmark moved = landmark;
+            const Eigen::Vector2d place_m = overlay.moved(vision::place_m(landmark));
+            moved.x_m = place_m.x();
+            moved.y_m = place_m.y();
+            overlay.agree += !landmark.name.empty() && same_landmark(moved, onto) ? 1 : 0;
+          }
+          if (overlay.agree > best.agree) best = overlay;
+        }
+      }
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::string hue_name(const std::array<double, 3>& colour) {
@@ -179,6 +259,10 @@ std::string hue_name(const std::array<double, 3>& colour) {
 
 Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const calibrate::ChosenFrames& chosen,
                                 const config::Robot& robot) {
+  for (const runlog::RunData& run : runs) {
+    if (runlog::has_odometry(run)) continue;
+    return Error(ErrorCode::kBadData, "{}: the wheels were not recorded, and a survey needs them", run.folder.string());
+  }
   const auto colours = hues_in(chosen, config::to_rig(robot));
   if (!colours) return colours.error();
   RoughMap map;
@@ -187,44 +271,47 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
     auto own = map_of(run, chosen, robot, *colours);
     if (!own) return own.error();
     merge_twins(*own);
-    // What hides a part of a landmark makes it thinner, and never thicker.
-    constexpr double kWidest = 0.8;
-    std::vector<std::vector<double>> radii_m(own->landmarks.size());
-    for (const std::vector<Tie>& ties : own->ties) {
-      for (const Tie& tie : ties) radii_m[tie.landmark].push_back(tie.thing.radius_m);
+    std::vector<Landmark> landmarks;  // of this run, in its own world; those without a name are left out
+    for (std::size_t i = 0; i < own->landmarks.size(); ++i) {
+      landmarks.push_back(to_landmark(own->landmarks[i], own->ties, i, *colours));
+      const localisation::FoundLandmark& found = own->landmarks[i];
+      if (found.sightings == 0 || !landmarks.back().name.empty()) continue;
+      map.left_out.push_back(fmt::format("{}: something {} at ({:.2f}, {:.2f}) m was seen in {} of {} frames only",
+                                         run.folder.string(), hue_name(landmarks.back().colour), landmarks.back().x_m,
+                                         landmarks.back().y_m, found.sightings, own->poses.size()));
     }
-    if (map.poses.empty()) {
+    Overlay overlay;
+    if (&run == &runs.front()) {
       map.first = own->first;
       map.twist = own->twist;
-    }
-    std::vector<std::optional<std::size_t>> index_of(own->landmarks.size());
-    std::vector<Eigen::Vector2d> places_m;
-    for (std::size_t i = 0; i < own->landmarks.size(); ++i) {
-      const localisation::FoundLandmark& found = own->landmarks[i];
-      places_m.emplace_back(found.numbers.head<2>());
-      const Eigen::Vector3d& c = (*colours)[found.hue];
-      const std::array<double, 3> colour{c.x(), c.y(), c.z()};
-      if (found.sightings == 0) continue;  // merged
-      if (found.sightings < kLeastSightings) {
-        map.left_out.push_back(fmt::format("{}: something {} at ({:.2f}, {:.2f}) m was seen in {} of {} frames only",
-                                           run.folder.string(), hue_name(colour), found.numbers[0], found.numbers[1],
-                                           found.sightings, own->poses.size()));
-        continue;
+    } else {
+      overlay = best_overlay(landmarks, map.landmarks);
+      if (overlay.agree < kLeastShared) {
+        return Error(ErrorCode::kBadData, "{}: only {} of its landmarks are those of {}, and a survey of both needs {}",
+                     run.folder.string(), overlay.agree, runs.front().folder.string(), kLeastShared);
       }
-      const std::string name = hue_name(colour);
-      index_of[i] = map.landmarks.size();
-      map.landmarks.push_back({.name = fmt::format("{}.{}", name, ++numbers[name]),
-                               .colour = colour,
-                               .x_m = found.numbers[vision::kPlaceX],
-                               .y_m = found.numbers[vision::kPlaceY],
-                               .radius_m = base::quantile(radii_m[i], kWidest),
-                               .top_m = found.numbers[vision::kTop]});
+    }
+    std::vector<std::optional<std::size_t>> index_of;
+    for (Landmark& landmark : landmarks) {
+      index_of.emplace_back();
+      if (landmark.name.empty()) continue;
+      const Eigen::Vector2d place_m = overlay.moved(vision::place_m(landmark));
+      landmark.x_m = place_m.x();
+      landmark.y_m = place_m.y();
+      index_of.back() = same_landmark(landmark, map.landmarks);
+      if (index_of.back()) continue;
+      index_of.back() = map.landmarks.size();
+      landmark.name = fmt::format("{}.{}", landmark.name, ++numbers[landmark.name]);
+      map.landmarks.push_back(landmark);
+    }
+    std::vector<Eigen::Vector2d> places_m;
+    places_m.reserve(index_of.size());
+    for (const auto& index : index_of) {
+      places_m.push_back(index ? vision::place_m(map.landmarks[*index]) : Eigen::Vector2d::Zero());
     }
     for (std::size_t i = 0; i < own->poses.size(); ++i) {
       std::erase_if(own->ties[i], [&](const Tie& tie) { return !index_of[tie.landmark]; });
-      const localisation::Pose& tracked = own->poses[i];
-      const Eigen::Vector3d pose(tracked.x_m, tracked.y_m, tracked.heading_rad);
-      map.poses.emplace_back(pose_from(own->ties[i], places_m).value_or(pose));
+      map.poses.emplace_back(pose_from(own->ties[i], places_m).value_or(overlay.moved(own->poses[i])));
     }
   }
   if (map.landmarks.size() < 2) {

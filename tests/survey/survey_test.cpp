@@ -66,14 +66,15 @@ Image to_image(const cv::Mat& rgb) {
 
 /// Writes the images of a drive on a circle, and returns the run. @param passing added to the frames in which it is
 runlog::RunData drive(const TemporaryFolder& folder, const std::vector<SyntheticLandmark>& landmarks,
-                      const std::vector<std::optional<SyntheticLandmark>>& passing = {}) {
+                      const std::vector<std::optional<SyntheticLandmark>>& passing = {},
+                      const Pose2& start = *robot().start) {
   runlog::RunData run;
   run.folder = folder.path();
   run.robot = robot();
   run.map.file = "room.map.yaml";
   run.map.bounds = {-4, 4, -4, 4};
   std::mt19937_64 random(11);
-  localisation::Pose pose = config::to_start_pose(run.robot);
+  localisation::Pose pose = start;
   double left_rad = 0;
   double right_rad = 0;
   std::filesystem::create_directories(folder.path() / "lower");
@@ -92,6 +93,7 @@ runlog::RunData drive(const TemporaryFolder& folder, const std::vector<Synthetic
     frame.t_s = frame.lower_t_s = frame.upper_t_s = t_s;
     run.frames.push_back(frame);
     run.drive.push_back({t_s, {}, {}, left_rad, right_rad});
+    run.odometry.push_back({t_s, pose.x_m, pose.y_m, pose.heading_rad});
     std::vector<SyntheticLandmark> all = landmarks;
     if (std::size_t(i) < passing.size() && passing[std::size_t(i)]) all.push_back(*passing[std::size_t(i)]);
     // The images stand still while they are exposed: what a moving body does to them is tested elsewhere.
@@ -196,6 +198,34 @@ TEST(Survey, TableAndFigureNameEachLandmark) {
   EXPECT_GE(json["landmarks"][0]["ellipse_95"]["major_m"], json["landmarks"][0]["ellipse_95"]["minor_m"]);
 }
 
+// Catches a second run whose world is taken for that of the first: it starts elsewhere, where nobody knows.
+TEST(Survey, LaysASecondRunOntoTheFirst) {
+  const TemporaryFolder first;
+  const TemporaryFolder second;
+  const std::vector<runlog::RunData> runs{drive(first, room()), drive(second, room(), {}, {-0.4, 0.5, 2.4})};
+  const calibrate::ChosenFrames chosen = calibrate::choose_frames(runs, 2 * kFrames, 1);
+  const auto rough = find_rough_map(runs, chosen, robot());
+  ASSERT_TRUE(rough) << rough.error().message;
+  EXPECT_EQ(rough->landmarks.size(), 7U);
+  for (const SyntheticLandmark& l : room()) {
+    const auto apart = [&](const Landmark& found) { return (vision::place_m(found) - l.centre_m).norm(); };
+    EXPECT_LT(std::ranges::min(rough->landmarks, {}, apart).x_m - l.centre_m.x(), 0.06);
+  }
+  ASSERT_EQ(rough->poses.size(), chosen.frames.size());
+  const Eigen::Vector3d& pose = *rough->poses[kFrames - 1];  // the first of the second run
+  const Pose2 is = localisation::drive_arc({-0.4, 0.5, 2.4}, 0.05 * 2.0, 0.05 * 3.4, 0.30);
+  EXPECT_NEAR(pose.x(), is.x_m, 0.05);
+  EXPECT_NEAR(pose.y(), is.y_m, 0.05);
+  EXPECT_NEAR(localisation::wrap_angle_rad(pose.z() - is.heading_rad), 0, 0.03);
+  // Another room has no landmarks of the first.
+  const TemporaryFolder elsewhere;
+  const std::vector<runlog::RunData> rooms{
+      runs[0], drive(elsewhere, {landmark(1.9, 0.6, {0.6, 0.02, 0.02}), landmark(-1.2, 1.6, {0.02, 0.6, 0.02})})};
+  const auto refused = find_rough_map(rooms, calibrate::choose_frames(rooms, 2 * kFrames, 1), robot());
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("of its landmarks are those of"));
+}
+
 TEST(Survey, RefusesInOneLine) {
   const auto message = [](const std::vector<runlog::RunData>& runs, const Settings& settings) -> std::string {
     const auto result = survey(runs, robot(), settings);
@@ -207,6 +237,9 @@ TEST(Survey, RefusesInOneLine) {
   runlog::RunData run = drive(gone, {});
   std::filesystem::remove(runlog::lower_image_file(gone.path(), 5));
   EXPECT_THAT(message({run}, {}), HasSubstr("000005.png"));
+  run.odometry.clear();
+  run.drive.clear();
+  EXPECT_THAT(message({run}, {}), HasSubstr("the wheels were not recorded"));
   EXPECT_THROW((void)survey({}, robot(), {}), std::invalid_argument);
 }
 
