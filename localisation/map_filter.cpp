@@ -40,8 +40,7 @@ std::optional<ShownPoint> show(const vision::MirrorView& view, const Eigen::Vect
   const double distance_m = from_axis.norm();
   const Eigen::Vector2d out = from_axis / distance_m;
   const Eigen::Matrix2d across = Eigen::Matrix2d::Identity() - out * out.transpose();
-  const Eigen::Matrix2d near_by_place =
-      Eigen::Matrix2d::Identity() - numbers[vision::kRadius] / distance_m * across;
+  const Eigen::Matrix2d near_by_place = Eigen::Matrix2d::Identity() - numbers[vision::kRadius] / distance_m * across;
   const Eigen::Matrix2d by_floor = shown->jacobian.leftCols<2>();
   return ShownPoint{shown->pixel_px, by_floor * near_by_place, shown->jacobian.col(2), -by_floor * out};
 }
@@ -70,9 +69,8 @@ void MapFilter::predict(double t_s, double left_rad, double right_rad) {
   }
   if (last_) {
     const PoseHypothesis::Matrix before = own_.topLeftCorner<kPoseSize, kPoseSize>();
-    const WheelStep step =
-        wheel_step(state_.head<kPoseSize>(), before, t_s - last_->t_s, left_rad - last_->left_rad,
-                   right_rad - last_->right_rad, wheels_, noise_);
+    const WheelStep step = wheel_step(state_.head<kPoseSize>(), before, t_s - last_->t_s, left_rad - last_->left_rad,
+                                      right_rad - last_->right_rad, wheels_, noise_);
     state_.head<kPoseSize>() = step.state;
     const Eigen::Index others = state_.size() - kPoseSize;
     own_.topLeftCorner<kPoseSize, kPoseSize>() = step.covariance(before, noise_);
@@ -105,8 +103,7 @@ std::optional<MapFilter::Linear> MapFilter::linear(const vision::RoughLandmark& 
     l.by_landmark.block<2, 1>(row, vision::kTop) = shown->by_top;
     l.by_landmark.block<2, 1>(row, vision::kRadius) = shown->by_radius;
     l.difference.segment<2>(row) = seen.pixel_px - shown->pixel_px;
-    l.noise.block<2, 2>(row, row) =
-        seen.covariance_px2 + sighting_px_ * sighting_px_ * Eigen::Matrix2d::Identity();
+    l.noise.block<2, 2>(row, row) = seen.covariance_px2 + sighting_px_ * sighting_px_ * Eigen::Matrix2d::Identity();
     if (!rig_.is_exact()) {
       l.by_shared.middleRows(row, 2) =
           rig_.pixel_by_shared(side, place_m, numbers[vision::kRadius], numbers[vision::kTop]);
@@ -140,12 +137,11 @@ bool MapFilter::update(const vision::RoughLandmark& thing, std::size_t landmark)
   if (!l) return false;
   const Eigen::LLT<Eigen::Matrix4d> llt(spread(*l, landmark));
   if (llt.info() != Eigen::Success) return false;
-  const Eigen::MatrixXd own_slopes = own_.leftCols<3>() * l->by_pose.transpose() +
-                                     own_.middleCols<4>(i) * l->by_landmark.transpose();  // P H^T
+  const Eigen::MatrixXd own_slopes =
+      own_.leftCols<3>() * l->by_pose.transpose() + own_.middleCols<4>(i) * l->by_landmark.transpose();  // P H^T
   const BySharedErrors<4> by_shared =
       l->by_shared - l->by_pose * by_shared_.topRows<3>() - l->by_landmark * by_shared_.middleRows<4>(i);
-  const Eigen::MatrixXd gain =
-      llt.solve((own_slopes - by_shared_ * by_shared.transpose()).transpose()).transpose();
+  const Eigen::MatrixXd gain = llt.solve((own_slopes - by_shared_ * by_shared.transpose()).transpose()).transpose();
   // The own part of Joseph's form, expanded, so that only products of four columns remain.
   const Eigen::Matrix4d own_spread =
       l->by_pose * own_slopes.topRows<3>() + l->by_landmark * own_slopes.middleRows<4>(i) + l->noise;
@@ -166,8 +162,8 @@ bool MapFilter::update(const vision::RoughLandmark& thing, std::size_t landmark)
 bool MapFilter::is_apart(const vision::RoughLandmark& thing) const {
   const Pose pose = estimated();
   const Eigen::Vector2d place_m =
-      Eigen::Vector2d(pose.x_m, pose.y_m) + Eigen::Rotation2Dd(pose.heading_rad + thing.bearing_rad) *
-                                                Eigen::Vector2d(thing.range_m, 0);
+      Eigen::Vector2d(pose.x_m, pose.y_m) +
+      Eigen::Rotation2Dd(pose.heading_rad + thing.bearing_rad) * Eigen::Vector2d(thing.range_m, 0);
   for (std::size_t k = 0; k < known_.size(); ++k) {
     if (known_[k].hue != thing.hue) continue;
     const auto l = linear(thing, state_.segment<4>(at(k)));

@@ -18,7 +18,7 @@ namespace twocone::localisation {
 
 /// A landmark that a MapFilter found.
 struct FoundLandmark {
-  std::size_t hue = 0;  ///< RoughLandmark::hue
+  std::size_t hue = 0;                                ///< RoughLandmark::hue
   Eigen::Vector4d numbers = Eigen::Vector4d::Zero();  ///< by vision::LandmarkNumber, m, in the world of the start pose
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
   std::size_t sightings = 0;   ///< number of observe() calls that saw it

@@ -84,7 +84,8 @@ WheelStep wheel_step(const PoseHypothesis::Vector& state, const PoseHypothesis::
 
 PoseHypothesis::Matrix WheelStep::covariance(const PoseHypothesis::Matrix& before, const OdometryNoise& noise) const {
   const double reading2 = noise.angle_rad * noise.angle_rad;
-  PoseHypothesis::Matrix p = by_state * before * by_state.transpose() + reading2 * by_readings * by_readings.transpose();
+  PoseHypothesis::Matrix p =
+      by_state * before * by_state.transpose() + reading2 * by_readings * by_readings.transpose();
   p(kLeftSlip, kLeftSlip) += renewed;
   p(kRightSlip, kRightSlip) += renewed;
   // Information from fixes on the bend belongs to an earlier heading error, so it is discarded.

@@ -219,7 +219,7 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
   settings.held = unobserved(shared_information(data, settings, state), data.model);
   for (const int i : settings.held) state.unknowns[i] = 0;
   if (!settle()) return result;
-  const Eigen::MatrixXd covariance = 
+  const Eigen::MatrixXd covariance =
       consider_covariance(shared_information(data, settings, state), settings.held, data.model.held_covariance);
 
   for (std::size_t i = 0; i < data.sightings.size(); ++i) {

@@ -232,7 +232,8 @@ bool can_calibrate();
 /// * Skew and readout move a landmark's image by the body's motion in that time: changing speed and turn rate separate
 ///   them from the upper view's azimuth and offset and from tilts. Latency shifts both ends of the wheels' motion
 ///   alike: a drive at one speed along one arc does not determine it.
-/// * If landmarks are not trusted, only their priors, or the first pose where it is given, determine their common translation
+/// * If landmarks are not trusted, only their priors, or the first pose where it is given, determine their common
+/// translation
 ///   and rotation, and only the mirrors' sizes, the wheels' radius, the heights and measured distances determine their
 ///   common scale.
 ///

@@ -25,8 +25,8 @@ struct MirrorImage {
 };
 
 /// Returns the vivid colours that mirrors show (HueLabels: saturation and brightness), linear rgb with a greatest
-/// component of 1, by hue from red on. Hues nearer to each other than HueLabels::kHueWindow_rad are one. A colour counts
-/// from a mean of kLeastHueShare of an image's mirror on, in the images that show it most.
+/// component of 1, by hue from red on. Hues nearer to each other than HueLabels::kHueWindow_rad are one. A colour
+/// counts from a mean of kLeastHueShare of an image's mirror on, in the images that show it most.
 /// @throws std::invalid_argument for an image of another type
 std::vector<Eigen::Vector3d> find_hues(const std::vector<MirrorImage>& images);
 

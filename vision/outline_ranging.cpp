@@ -509,8 +509,7 @@ OutlineRanging::OutlineRanging(const Rig& rig, const std::vector<Landmark>& targ
     : impl_(std::make_shared<Impl>(rig, targets, lower_size, upper_size, wanted, errors)) {}
 
 FrameObservation OutlineRanging::look(const cv::Mat& lower, const cv::Mat& upper,
-                                      const std::optional<FrameMotion>& motion,
-                                      const ExpectedPlaces& expected) const {
+                                      const std::optional<FrameMotion>& motion, const ExpectedPlaces& expected) const {
   return FrameObservation(std::make_unique<FrameObservation::Impl>(*impl_, lower, upper, motion, expected));
 }
 

@@ -112,8 +112,8 @@ struct Sighted {
 
 /// Measures the landmarks in the chosen frames, with `rig` and with the uncertainties of `robot` and of each run's map.
 /// @param landmarks those of `chosen`, with the tops and radii to measure with
-/// @param poses of `chosen.frames`, in which landmarks are expected at their places: x m, y m, heading rad in the world.
-/// Without an entry, a landmark's colour identifies it.
+/// @param poses of `chosen.frames`, in which landmarks are expected at their places: x m, y m, heading rad in the
+/// world. Without an entry, a landmark's colour identifies it.
 /// @throws config::FileError for landmarks that the method cannot measure
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::vector<Landmark>& landmarks, const config::Robot& robot,

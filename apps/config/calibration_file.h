@@ -46,8 +46,8 @@ Calibration read_calibration(const std::filesystem::path& file);
 Eigen::MatrixXd belief_covariance(const Calibration& calibration, const Robot& robot, const Map& map,
                                   const Eigen::VectorXd& sigmas);
 
-/// Returns `covariance`, of belief_values(), with that of a survey of the map (Map::survey) in place of what it states of
-/// the landmarks. If the robot's rig is the one that surveyed, the survey's joint covariance of rig and landmarks
+/// Returns `covariance`, of belief_values(), with that of a survey of the map (Map::survey) in place of what it states
+/// of the landmarks. If the robot's rig is the one that surveyed, the survey's joint covariance of rig and landmarks
 /// replaces both, because their errors belong together. Landmarks that are elsewhere than in the survey keep theirs.
 Eigen::MatrixXd with_survey(const Calibration& survey, const Robot& robot, const Map& map, Eigen::MatrixXd covariance);
 

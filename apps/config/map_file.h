@@ -50,8 +50,8 @@ struct Map {
   std::vector<Landmark> landmarks;
   /// Names of the landmarks for which the map states no `sigma_m`, and which therefore have kTapeSigma.
   std::vector<std::string> without_sigma{};
-  /// File with the joint covariance of the landmarks and of the rig that surveyed them (calibration_file.h), in place of
-  /// the landmarks' sigmas; resolved; empty: they are independent.
+  /// File with the joint covariance of the landmarks and of the rig that surveyed them (calibration_file.h), in place
+  /// of the landmarks' sigmas; resolved; empty: they are independent.
   std::filesystem::path survey{};
   std::vector<Obstacle> obstacles;  ///< other than landmarks and walls
   std::vector<Moving> moving;       ///< simulation only
@@ -72,9 +72,9 @@ Map parse_map(const YAML::Node& node, const std::filesystem::path& file);
 /// map from it. @throws FileError as read_map
 YAML::Node load_map_node(const std::filesystem::path& file);
 
-/// Returns the text of a map file that equals `original`, except for the scene, the survey and the landmarks, with their
-/// sigmas, which are those of `changed`. Paths are absolute, except for a relative `changed.scene`, which is written as it is:
-/// relative to the folder of the new file. Comments are lost, and the text states that.
+/// Returns the text of a map file that equals `original`, except for the scene, the survey and the landmarks, with
+/// their sigmas, which are those of `changed`. Paths are absolute, except for a relative `changed.scene`, which is
+/// written as it is: relative to the folder of the new file. Comments are lost, and the text states that.
 /// @param new_file path for which the text is made; this function writes no file
 /// @param header_lines comments at the start, after the licence line
 /// @throws FileError as read_map, for `original`, and for values that read_map would reject in the new file

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 #include <nlohmann/json.hpp>
 
 #include "apps/report/kit/figure.h"
@@ -123,7 +123,8 @@ std::string figure(const Report& report) {
       greatest_m > 0 ? std::max(1.0, std::pow(10, std::floor(std::log10(kLongest_px / (greatest_m * per_m))))) : 1;
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
-      "font-family=\"sans-serif\" font-size=\"14\" fill=\"#333333\">\n<title>The surveyed landmarks from above</title>\n"
+      "font-family=\"sans-serif\" font-size=\"14\" fill=\"#333333\">\n<title>The surveyed landmarks from "
+      "above</title>\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n<text x=\"{2:.0f}\" y=\"20\" font-weight=\"bold\">"
       "Surveyed landmarks; 95 % ellipses of their places, {3:.0f} times as large; the robot's path</text>\n"
       "<rect x=\"{4:.1f}\" y=\"{5:.1f}\" width=\"{6:.1f}\" height=\"{7:.1f}\" fill=\"none\" stroke=\"#999999\"/>\n",
@@ -138,8 +139,8 @@ std::string figure(const Report& report) {
   for (std::size_t i = 0; i < report.landmarks.size(); ++i) {
     const Landmark& l = report.landmarks[i].landmark;
     const Ellipse ellipse = ellipse_of(covariance_of(report, i));
-    svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\" fill-opacity=\"0.4\"/>\n", x(l.x_m),
-                       y(l.y_m), l.radius_m * per_m, report::own_colour(l.colour));
+    svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\" fill-opacity=\"0.4\"/>\n",
+                       x(l.x_m), y(l.y_m), l.radius_m * per_m, report::own_colour(l.colour));
     svg += fmt::format(
         "<ellipse rx=\"{:.1f}\" ry=\"{:.1f}\" transform=\"translate({:.1f} {:.1f}) rotate({:.1f})\" fill=\"none\" "
         "stroke=\"#222222\"/>\n",

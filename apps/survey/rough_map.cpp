@@ -44,7 +44,7 @@ struct RunMap {
   std::vector<localisation::FoundLandmark> landmarks;
   std::vector<localisation::Pose> poses;  ///< of the run's chosen frames
   std::vector<std::vector<Tie>> ties;     ///< of the run's chosen frames
-  localisation::Pose first;  ///< RoughMap::first
+  localisation::Pose first;               ///< RoughMap::first
   BodyTwist twist;
 };
 
@@ -142,7 +142,8 @@ Result<RunMap> map_of(const runlog::RunData& run, const calibrate::ChosenFrames&
   return map;
 }
 
-/// Makes one landmark of those of one hue that are nearer to each other than kTwins_m. The one that was seen most stays.
+/// Makes one landmark of those of one hue that are nearer to each other than kTwins_m. The one that was seen most
+/// stays.
 void merge_twins(RunMap& map) {
   constexpr double kTwins_m = 0.5;
   for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
@@ -220,8 +221,8 @@ Overlay best_overlay(const std::vector<Landmark>& landmarks, const std::vector<L
           const Eigen::Vector2d there_m = vision::place_m(d) - vision::place_m(c);
           if (std::abs(here_m.norm() - there_m.norm()) > kSamePlace_m) continue;
           Overlay overlay;
-          overlay.heading_rad = localisation::wrap_angle_rad(std::atan2(there_m.y(), there_m.x()) -
-                                                             std::atan2(here_m.y(), here_m.x()));
+          overlay.heading_rad =
+              localisation::wrap_angle_rad(std::atan2(there_m.y(), there_m.x()) - std::atan2(here_m.y(), here_m.x()));
           overlay.shift_m = (vision::place_m(c) + vision::place_m(d)) / 2 -
                             Eigen::Rotation2Dd(overlay.heading_rad) * (vision::place_m(a) + vision::place_m(b)) / 2;
           for (const Landmark& landmark : landmarks) {
@@ -246,14 +247,14 @@ std::string hue_name(const std::array<double, 3>& colour) {
   const double hue = std::fmod(vision::hue_rad(colour) * kDegrees + 360, 360);
   // Upper ends, in linear light: an orange of sRGB has 22 degrees there.
   constexpr std::array<std::pair<double, std::string_view>, 9> kNames{{{12, "red"},
-                                                                      {40, "orange"},
-                                                                      {75, "yellow"},
-                                                                      {165, "green"},
-                                                                      {200, "cyan"},
-                                                                      {260, "blue"},
-                                                                      {285, "violet"},
-                                                                      {345, "magenta"},
-                                                                      {360.1, "red"}}};
+                                                                       {40, "orange"},
+                                                                       {75, "yellow"},
+                                                                       {165, "green"},
+                                                                       {200, "cyan"},
+                                                                       {260, "blue"},
+                                                                       {285, "violet"},
+                                                                       {345, "magenta"},
+                                                                       {360.1, "red"}}};
   return std::string(std::ranges::find_if(kNames, [hue](const auto& name) { return hue < name.first; })->second);
 }
 

@@ -20,9 +20,9 @@ namespace twocone::survey {
 struct RoughMap {
   std::vector<Landmark> landmarks;                    ///< named by hue and number: red.1
   std::vector<std::optional<Eigen::Vector3d>> poses;  ///< of the chosen frames: x m, y m, heading rad
-  Pose2 first;      ///< at the time of the first chosen frame, by the wheels alone since the start
-  BodyTwist twist;  ///< at that time
-  std::vector<std::string> left_out;                  ///< what was seen and is no landmark, a sentence each
+  Pose2 first;                        ///< at the time of the first chosen frame, by the wheels alone since the start
+  BodyTwist twist;                    ///< at that time
+  std::vector<std::string> left_out;  ///< what was seen and is no landmark, a sentence each
 };
 
 /// Returns the name of a hue, such as red, of a colour in linear light.

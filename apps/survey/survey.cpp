@@ -44,8 +44,8 @@ constexpr double kMany = 0.4;
 constexpr double kNarrowSigmas = 3;
 constexpr double kNarrow_px = 0.2;
 
-/// Returns the frames that a survey uses. The first of a run is none of them: whether the robot moved while it was exposed
-/// is not known.
+/// Returns the frames that a survey uses. The first of a run is none of them: whether the robot moved while it was
+/// exposed is not known.
 calibrate::ChosenFrames frames_of(const std::vector<runlog::RunData>& runs, int count) {
   return calibrate::choose_frames(runs, count, 1);
 }
@@ -69,7 +69,8 @@ std::vector<runlog::RunData> with_landmarks(const std::vector<runlog::RunData>& 
   return on_map;
 }
 
-/// Returns the largest value about which many others lie within kSameWidth of it: kMany of the most that do so anywhere.
+/// Returns the largest value about which many others lie within kSameWidth of it: kMany of the most that do so
+/// anywhere.
 double largest_common(std::vector<double> values) {
   std::ranges::sort(values);
   // Of each value: how many lie from it up to twice the share above it.
@@ -93,8 +94,8 @@ double largest_common(std::vector<double> values) {
 }
 
 /// Removes the sightings of landmarks that something hides in part, since their bearing is wrong by the part that is
-/// hidden. That makes them narrower and never wider, so that the greatest width on which many sightings agree is that of
-/// the whole landmark.
+/// hidden. That makes them narrower and never wider, so that the greatest width on which many sightings agree is that
+/// of the whole landmark.
 void remove_narrow(std::vector<vision::CalibrationFrame>& frames, std::size_t landmarks) {
   std::vector<std::vector<double>> shares(landmarks);
   for (const vision::CalibrationFrame& frame : frames) {
@@ -117,8 +118,8 @@ void remove_narrow(std::vector<vision::CalibrationFrame>& frames, std::size_t la
 }
 
 /// Measures the radii by the widths of the outlines, and states their sigma. Blur and the brightness beside an outline
-/// widen all outlines of a view by some tenth of a pixel: that is an unknown, too, which near and far landmarks separate
-/// from the radii.
+/// widen all outlines of a view by some tenth of a pixel: that is an unknown, too, which near and far landmarks
+/// separate from the radii.
 void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vector<Landmark>& landmarks) {
   const auto count = Eigen::Index(landmarks.size());
   // Unknowns: the true radius over the believed one, of each landmark; the widening of both views, px.
@@ -170,8 +171,9 @@ Error refusal(const vision::CalibrationResult& result, const std::string& run) {
       return no_solver();
     case CalibrationVerdict::kTooFewFrames:
     case CalibrationVerdict::kTooFewLandmarks:
-      return Error(ErrorCode::kBadData, "{}: only {} of the chosen frames show two landmarks or more, a survey needs {}",
-                   run, result.frames_used, vision::CalibrationResult::kMinFrames);
+      return Error(ErrorCode::kBadData,
+                   "{}: only {} of the chosen frames show two landmarks or more, a survey needs {}", run,
+                   result.frames_used, vision::CalibrationResult::kMinFrames);
     case CalibrationVerdict::kContradictory:
     case CalibrationVerdict::kOk:
       break;
@@ -180,8 +182,8 @@ Error refusal(const vision::CalibrationResult& result, const std::string& run) {
                "{}: no map explains what is seen with this rig: calibrate it, or survey with --calibrate", run);
 }
 
-/// Returns whether a round changed nothing but place, direction and scale of the whole map, which the sightings determine
-/// much less than its shape.
+/// Returns whether a round changed nothing but place, direction and scale of the whole map, which the sightings
+/// determine much less than its shape.
 bool is_settled(const std::vector<Landmark>& last, const std::vector<Landmark>& now) {
   const auto count = double(now.size());
   Eigen::Vector2d last_middle = Eigen::Vector2d::Zero();
@@ -240,8 +242,9 @@ std::optional<std::pair<std::size_t, std::string>> no_landmark(const std::vector
                                       one.sightings - one.outliers));
     }
     if (2 * one.outliers > one.sightings) {
-      return std::pair(i, fmt::format("{}: {} of its {} sightings contradict the others: it moved, or is several things",
-                                      one.landmark.name, one.outliers, one.sightings));
+      return std::pair(i,
+                       fmt::format("{}: {} of its {} sightings contradict the others: it moved, or is several things",
+                                   one.landmark.name, one.outliers, one.sightings));
     }
   }
   return std::nullopt;
@@ -286,17 +289,16 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
   calibrate::ChosenFrames chosen = frames_of(on_map, settings.frames);
   const vision::Rig rig = config::to_rig(robot);
 
-  vision::CalibrationProblem problem{
-      .rig = rig,
-      .wheels = calibrate::wheels_of(robot),
-      .landmarks = landmarks,
-      .frames = {},
-      .lower_rim = {},
-      .upper_rim = {},
-      .priors = settings.priors,
-      .fit_timing = settings.calibrates,
-      .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px},
-      .first_pose_covariance = kExact * kExact * Eigen::Matrix3d::Identity()};
+  vision::CalibrationProblem problem{.rig = rig,
+                                     .wheels = calibrate::wheels_of(robot),
+                                     .landmarks = landmarks,
+                                     .frames = {},
+                                     .lower_rim = {},
+                                     .upper_rim = {},
+                                     .priors = settings.priors,
+                                     .fit_timing = settings.calibrates,
+                                     .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px},
+                                     .first_pose_covariance = kExact * kExact * Eigen::Matrix3d::Identity()};
   if (!settings.calibrates) {
     config::Map without = runs.front().map;
     without.landmarks.clear();
@@ -322,9 +324,8 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
   }
   std::vector<std::optional<Eigen::Vector3d>> poses = rough->poses;
   for (int round = 0; round < kMostRounds; ++round) {
-    calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, poses, [&](double done) {
-      notify((round + done) / kMostRounds);
-    });
+    calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, poses,
+                                                  [&](double done) { notify((round + done) / kMostRounds); });
     if (!sighted.unreadable.empty()) return sighted.unreadable.front();
     poses.front() = pose_at(rough->first, rough->twist, solution.after.exposures.front().late_s);
     for (std::size_t i = 0; i < sighted.frames.size(); ++i) sighted.frames[i].start = poses[i];

@@ -20,8 +20,8 @@ namespace twocone::survey {
 /// A distance between the axes of two landmarks, which are known by their names in the survey.
 struct TapeDistance {
   std::string from, to;
-  double distance_m = 0;     ///< > 0
-  double sigma_m = 0.002;    ///< > 0
+  double distance_m = 0;   ///< > 0
+  double sigma_m = 0.002;  ///< > 0
 };
 
 struct Settings {
@@ -41,8 +41,8 @@ struct SurveyedLandmark {
 struct Report {
   std::vector<SurveyedLandmark> landmarks;
   std::vector<std::string> left_out;  ///< what was seen and is no landmark, a sentence each
-  /// The solution: rig, wheels, residuals, and the joint covariance of rig and landmarks. If the rig was held, it is the
-  /// believed one.
+  /// The solution: rig, wheels, residuals, and the joint covariance of rig and landmarks. If the rig was held, it is
+  /// the believed one.
   calibrate::Report solution;
   bool calibrated = false;  ///< Settings::calibrates
   Bounds bounds;            ///< of the runs' map
@@ -63,8 +63,8 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
 /// Returns the table for a terminal: at most 100 columns, in millimetres.
 std::string table(const Report& report);
 
-/// Returns MAP.survey.json: the landmarks with their 95 % ellipses, how well they agree with what was seen, and the joint
-/// covariance of rig and landmarks (config::Calibration), in SI units and pixels.
+/// Returns MAP.survey.json: the landmarks with their 95 % ellipses, how well they agree with what was seen, and the
+/// joint covariance of rig and landmarks (config::Calibration), in SI units and pixels.
 std::string to_json(const Report& report);
 
 /// Returns a stand-alone SVG figure: the landmarks from above, with their ellipses enlarged, and the robot's path.

@@ -117,7 +117,8 @@ void add_help(CLI::App& program) {
 
 void add_log_level(CLI::App& program) {
   const std::vector<std::string> levels(base::kLogLevels.begin(), base::kLogLevels.end());
-  for (const char* name : {"run", "localise", "serve", "look", "calibrate", "survey", "doctor", "tradeoff", "compare"}) {
+  for (const char* name :
+       {"run", "localise", "serve", "look", "calibrate", "survey", "doctor", "tradeoff", "compare"}) {
     program.get_subcommand(name)
         ->add_option_function<std::string>("--log-level", base::show_log,
                                            "Show the log on standard error, from this level on")

@@ -209,7 +209,9 @@ TEST_F(CalibrationFile, ASurveyReplacesWhatTheMapStatesOfTheLandmarks) {
   json_["systematic_px"] = 0.1;
   Map map = good_map();
   map.survey = folder_.write("good.survey.json", json_.dump());
-  const auto mixed = [](const BeliefErrors& all) { return (all.vision.rig * all.vision.landmarks[0].transpose())(3, 0); };
+  const auto mixed = [](const BeliefErrors& all) {
+    return (all.vision.rig * all.vision.landmarks[0].transpose())(3, 0);
+  };
   const BeliefErrors same_rig = to_belief_errors(robot_with(""), map);
   EXPECT_NEAR(mixed(same_rig), 0.5e-6, 1e-15) << "rig and map were found together";
   EXPECT_DOUBLE_EQ(same_rig.vision.sighting_px, std::sqrt(3.0) * 0.1);

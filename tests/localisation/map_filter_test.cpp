@@ -24,8 +24,8 @@ constexpr double kPixelSigma_px = 0.3;
 constexpr double kFarthest_m = 3.5;
 constexpr std::size_t kHues = 5;
 
-/// Sixteen landmarks on both sides of the circle of 2.25 m on which the robot drives, of five hues: each hue comes again
-/// after a third of the way.
+/// Sixteen landmarks on both sides of the circle of 2.25 m on which the robot drives, of five hues: each hue comes
+/// again after a third of the way.
 std::vector<Landmark> ring() {
   std::vector<Landmark> landmarks;
   const Pose start = Drive(1).truth();
@@ -139,8 +139,8 @@ TEST(MapFilter, KnowsHowFarItsMapAndItsPoseAreFromTheTruthSeeds) {
   EXPECT_LT(poses / kSeeds, 1.8);
 }
 
-// Catches shared errors that average away: the upper mirror is 3 mm higher than believed, which makes all of the map two
-// per cent too small. Without the error in the covariance the map is surprised by the truth, with it it is not.
+// Catches shared errors that average away: the upper mirror is 3 mm higher than believed, which makes all of the map
+// two per cent too small. Without the error in the covariance the map is surprised by the truth, with it it is not.
 TEST(MapFilter, AWrongRigCountsInTheCovarianceHoweverLongTheDriveIs) {
   vision::MirrorViewSettings upper = vision::lab_view(0.55);
   upper.lens_height_m += 0.003;
@@ -168,12 +168,14 @@ TEST(MapFilter, LeavesOutWhatMayBeEither) {
   std::vector<Landmark> one{{.x_m = 1.5, .y_m = 0.4, .radius_m = 0.08, .top_m = 0.9}};
   MapFilter filter(vision::lab_rig(), {}, kWheels, kNoise, {}, {});
   filter.predict(0, 0, 0);
-  ASSERT_EQ(filter.observe(things_from({}, one, vision::lab_rig(), random)), std::vector<std::optional<std::size_t>>{0});
+  ASSERT_EQ(filter.observe(things_from({}, one, vision::lab_rig(), random)),
+            std::vector<std::optional<std::size_t>>{0});
   one[0].y_m += 0.25;
   EXPECT_EQ(filter.observe(things_from({}, one, vision::lab_rig(), random)),
             std::vector<std::optional<std::size_t>>{std::nullopt});
   one[0].y_m += 0.6;
-  EXPECT_EQ(filter.observe(things_from({}, one, vision::lab_rig(), random)), std::vector<std::optional<std::size_t>>{1});
+  EXPECT_EQ(filter.observe(things_from({}, one, vision::lab_rig(), random)),
+            std::vector<std::optional<std::size_t>>{1});
   EXPECT_EQ(filter.frames(), 3U);
 }
 

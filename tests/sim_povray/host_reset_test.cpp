@@ -161,8 +161,8 @@ class RenderedTest : public testing::TestWithParam<bool> {};
 // another process.
 TEST_P(RenderedTest, EachImageIsReportedOnceWithItsCost) {
   constexpr int kFrames = 5;
-  // The report excludes the start and the end of the process, the first robot's images, and the start of an image that is
-  // no longer required. On a machine with six times as many busy processes as cores, 0.27 was reported.
+  // The report excludes the start and the end of the process, the first robot's images, and the start of an image that
+  // is no longer required. On a machine with six times as many busy processes as cores, 0.27 was reported.
   constexpr double kLeastShare = 1.0 / 8;
   // The scheduler counts both times; one of them is rounded to microseconds for each process.
   constexpr auto kRounding = 1ms;

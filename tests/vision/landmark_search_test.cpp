@@ -111,7 +111,8 @@ TEST(LandmarkSearch, TellsTwoOfOneColourApart) {
   ASSERT_EQ(things.size(), 2U);
   for (const SyntheticLandmark& truth : scene.landmarks) {
     const bool is_found = std::ranges::any_of(things, [&](const RoughLandmark& thing) {
-      const Eigen::Vector2d place_m = thing.range_m * Eigen::Vector2d(std::cos(thing.bearing_rad), std::sin(thing.bearing_rad));
+      const Eigen::Vector2d place_m =
+          thing.range_m * Eigen::Vector2d(std::cos(thing.bearing_rad), std::sin(thing.bearing_rad));
       return (place_m - truth.centre_m).norm() < 0.06;
     });
     EXPECT_TRUE(is_found) << truth.centre_m.transpose();

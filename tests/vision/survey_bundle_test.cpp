@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrations in which the landmarks are not known: a first pose that defines the world, measured distances, and a rig that is
-// held with its uncertainty.
+// Calibrations in which the landmarks are not known: a first pose that defines the world, measured distances, and a rig
+// that is held with its uncertainty.
 #include "vision/calibration.h"
 
 #include <cmath>
@@ -96,8 +96,8 @@ TEST(SurveyBundle, AHeldRigThatIsWrongCountsInTheCovariance) {
   EXPECT_NEAR(std::sqrt(result.belief_covariance(kSeparation, kSeparation)), 0.003, 1e-9);
 }
 
-// The errors of one belief are correlated: where both rims are wrong alike, and the lens lies so that nothing moves, the
-// covariance must be that of the sum and not that of independent numbers.
+// The errors of one belief are correlated: where both rims are wrong alike, and the lens lies so that nothing moves,
+// the covariance must be that of the sum and not that of independent numbers.
 TEST(SurveyBundle, TheErrorsOfAHeldRigKeepTheirCorrelation) {
   const DriveSettings world;
   CalibrationProblem problem = survey_of(world);
@@ -137,8 +137,8 @@ TEST(SurveyBundle, TheFirstPoseDefinesTheWorld) {
   EXPECT_LT((more - 1e-4 * Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 1e-7);
 }
 
-// Catches a distance that is not used, or used with another weight: without the sizes of the mirrors, nothing else fixes
-// the scale as well.
+// Catches a distance that is not used, or used with another weight: without the sizes of the mirrors, nothing else
+// fixes the scale as well.
 TEST(SurveyBundle, AMeasuredDistanceFixesTheScale) {
   DriveSettings world;
   MirrorViewSettings upper = lab_view(0.55);
@@ -155,8 +155,7 @@ TEST(SurveyBundle, AMeasuredDistanceFixesTheScale) {
     const Eigen::Index a = kRigNumbers;
     const Eigen::Index b = kRigNumbers + 3 * kLandmarkNumbers;
     const auto& c = result.belief_covariance;
-    const Eigen::Matrix2d apart =
-        c.block<2, 2>(a, a) + c.block<2, 2>(b, b) - c.block<2, 2>(a, b) - c.block<2, 2>(b, a);
+    const Eigen::Matrix2d apart = c.block<2, 2>(a, a) + c.block<2, 2>(b, b) - c.block<2, 2>(a, b) - c.block<2, 2>(b, a);
     return std::sqrt(along.dot(apart * along)) / (place_m(world.landmarks[0]) - place_m(world.landmarks[3])).norm();
   };
   const CalibrationResult without = calibrate(problem);

@@ -66,7 +66,8 @@ void take_times(SharedModel& model, const CalibrationProblem& problem) {
   if (problem.wheels) model.sigma[kLatency] = priors.latency_s;
 }
 
-/// Returns the matrix that maps errors of what is believed (rig, then times of exposure) to those of the shared numbers.
+/// Returns the matrix that maps errors of what is believed (rig, then times of exposure) to those of the shared
+/// numbers.
 Eigen::MatrixXd shared_by_belief() {
   Eigen::MatrixXd by = Eigen::MatrixXd::Zero(kSharedNumbers, int(kRigNumbers) + int(kTimeNumbers));
   for (int i = 0; i < kRigNumbers; ++i) by(i, i) = 1;

@@ -216,9 +216,8 @@ void check(const CalibrationProblem& problem) {
         p.wheel_separation_m, p.latency_s, p.skew_s, p.readout_s}) {
     bad.require(base::is_positive(prior), "a prior's sigma is {}, must be > 0", prior);
   }
-  bad.require(!problem.first_pose_covariance ||
-                  (problem.first_pose_covariance->allFinite() &&
-                   problem.first_pose_covariance->llt().info() == Eigen::Success),
+  bad.require(!problem.first_pose_covariance || (problem.first_pose_covariance->allFinite() &&
+                                                 problem.first_pose_covariance->llt().info() == Eigen::Success),
               "the first pose's covariance is not positive definite");
   for (const MeasuredDistance& d : problem.distances) {
     bad.require(d.from < problem.landmarks.size() && d.to < problem.landmarks.size() && d.from != d.to &&

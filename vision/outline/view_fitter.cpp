@@ -426,8 +426,7 @@ bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected,
   OutlineSearch tried = task.look;
   Cylinder start = expected;
   for (int round = 0; round < kExpectedRounds; ++round) {
-    const auto step =
-        fit_whole({task.hue, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
+    const auto step = fit_whole({task.hue, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
     if (!step) return false;
     const double length_px = step_px(tried.fit->outline, *step);
     if (length_px <= kExpectedReach_px) {
