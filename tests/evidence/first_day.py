@@ -199,4 +199,5 @@ def main():
     figures.show()
 
 
-main()
+if __name__ == "__main__":
+    main()

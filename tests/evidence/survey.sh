@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Maps that robots make themselves: surveys of the rooms of rendered robots as built, against the truth.
+also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py)
+. "$(dirname "$0")/common.sh"
+
+# The robots and their drives are those of first-day.sh, where it has rendered them for these sources.
+rendered=${TWOCONE_FIRST_DAY_ROBOTS:-10}
+# surveyed FROM FOLDER: surveys the first drive with the calibrated rig, and localises a later drive on that map and on the true one.
+surveyed() {
+  local from=$1 folder=$2 kind
+  rm -rf "$folder"
+  mkdir -p "$folder"
+  cp "$from/built.map.yaml" "$folder/"
+  "$twocone" survey "$from/drive" --robot "$from/calibrated.yaml" --out "$folder/survey.yaml" || return 1
+  for kind in own:survey.yaml true:built.map.yaml; do
+    "$twocone" localise "$from/fresh1" --robot "$from/calibrated.yaml" --map "$folder/${kind#*:}" --out "$folder/${kind%:*}" || return 1
+  done
+}
+inside=() beyond=()
+for seed in $(seq 1 "$rendered"); do
+  for robot in lab hall workshop; do
+    name=${robot}_$seed
+    from=$(dirname "$work")/first-day/robots/$name
+    if [ ! -f "$from/calibrated.yaml" ]; then
+      from=$work/robots/$name
+      step "robot_$name" tests/evidence/robot_as_built.sh "$twocone" "robots/${robot}_sim.yaml" "$seed" "$from"
+    fi
+    step "survey_$name" surveyed "$from" "$work/surveys/$name"
+    if ((seed % 2)); then beyond+=("$work/surveys/$name"); else inside+=("$work/surveys/$name"); fi # odd seeds have what no model has
+  done
+done
+figures() { tests/evidence/survey.py "${@:2}" >"$work/$1.figures" 2>"$work/$1.robots" || true; }
+of() { sed -n "s/^$2 //p" "$work/$1.figures"; }
+for kind in "inside 2" "beyond 3"; do
+  read -r name limit <<<"$kind"
+  what="inside the model"
+  [ "$name" = inside ] || what="with the unmodelled rest"
+  if [ "$name" = inside ]; then figures inside "${inside[@]}"; else figures beyond "${beyond[@]}"; fi
+  row "surveys of rendered robots, $what, $(of "$name" robots): landmarks found" "$(of "$name" found) of $(of "$name" landmarks), $(of "$name" ghosts) that are none" \
+    "all, and none that is none" "$(holds "\"$(of "$name" found)\" == \"$(of "$name" landmarks)\" && \"$(of "$name" ghosts)\" == \"0\"")"
+  row "the same: landmarks after similarity alignment, rms of a robot" \
+    "median $(of "$name" similarity_mm) mm, worst $(of "$name" worst_mm) mm; at most $limit mm in $(of "$name" "within_${limit}_mm")" "at most $limit mm in each" \
+    "$(holds "\"$(of "$name" worst_mm)\" ~ /[0-9]/ && $(of "$name" worst_mm) + 0 <= $limit")"
+  # 99 % of the band of a chi-squared with n degrees of freedom, n large: n +- 2.58 sqrt(2 n)
+  row "the same: chi-squared of the maps' shapes" "$(of "$name" chi_squared) of $(of "$name" freedom) degrees of freedom" "within its 99 % band" \
+    "$(holds "$(of "$name" freedom) + 0 > 0 && ($(of "$name" chi_squared) - $(of "$name" freedom)) ^ 2 <= 6.66 * 2 * $(of "$name" freedom)")"
+  row "the same: mean error of fixes on the own map, over that on the true map, median of the robots" "$(of "$name" ratio)" "at most 1.2" \
+    "$(holds "\"$(of "$name" ratio)\" ~ /[0-9]/ && $(of "$name" ratio) + 0 <= 1.2")"
+done
+block "Robots inside the model" "$(cat "$work/inside.robots")"
+block "Robots with the unmodelled rest" "$(cat "$work/beyond.robots")"
+page "surveys"
