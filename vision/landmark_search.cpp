@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <tuple>
 #include <utility>
 
 #include "base/errors.h"

@@ -176,7 +176,7 @@ const BadCase kBadMapKeys[] = {
     {"UnknownKey", "effects: {", "efects: {",
      "map.yaml:14: efects is unknown, did you mean effects? (known here: scene, scene_paths, unit_m, "
      "bounds_m, landmark_sigma_m, landmarks, "
-     "obstacles, moving, effects)"}};
+     "survey, obstacles, moving, effects)"}};
 
 INSTANTIATE_TEST_SUITE_P(All, BadMapFile, testing::ValuesIn(kBadMapKeys), name_of<BadCase>);
 

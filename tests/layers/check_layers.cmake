@@ -8,7 +8,7 @@ cmake_minimum_required(VERSION 3.25)
 # An area is a folder or, for drivers/backends, the files of that name. It may include the listed folders and headers.
 # The first area that fits is used. DRIVER is the driver's own folder.
 set(areas base hal vision localisation drivers/backends drivers/DRIVER
-          apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate
+          apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate apps/survey
           apps/look apps/compare apps/doctor apps/import apps/new_scene apps/as_built apps/tradeoff apps/interface apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/pixel_truth.h drivers/sim_povray/place.h
@@ -35,6 +35,7 @@ set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/
     drivers/sim_povray/scene_views.h)
 set(may_apps/report apps/report apps/error_budget ${common})
 set(may_apps/calibrate apps/calibrate ${common})
+set(may_apps/survey apps/survey apps/calibrate apps/report/kit ${common})
 set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs ${common})
 set(may_apps/look apps/look apps/report/kit apps/runs ${common})
 set(may_apps/doctor apps/doctor ${common})
@@ -71,7 +72,7 @@ set(home_hal hal)
 set(home_vision vision)
 set(home_localisation localisation)
 set(home_backends drivers/backends.h)
-foreach(app behaviours config estimation runlog runs error_budget report calibrate look compare doctor new_scene as_built tradeoff)
+foreach(app behaviours config estimation runlog runs error_budget report calibrate survey look compare doctor new_scene as_built tradeoff)
   set(home_${app} apps/${app})
 endforeach()
 
