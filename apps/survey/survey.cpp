@@ -216,6 +216,7 @@ bool is_settled(const std::vector<Landmark>& last, const std::vector<Landmark>& 
 std::vector<SurveyedLandmark> counted(const std::vector<Landmark>& landmarks, const vision::CalibrationProblem& problem,
                                       const vision::CalibrationResult& result) {
   std::vector<SurveyedLandmark> counts;
+  counts.reserve(landmarks.size());
   for (const Landmark& landmark : landmarks) counts.push_back({landmark});
   for (const vision::SightingResidual& residual : result.residuals) {
     SurveyedLandmark& of = counts[problem.frames[residual.frame].sightings[residual.sighting].landmark];
@@ -371,7 +372,8 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
     if (solution.is_settled) break;
   }
   solution.problem = std::move(problem);
-  Report report{.landmarks = counted(landmarks, solution.problem, solution.result),
+  std::vector<SurveyedLandmark> surveyed = counted(landmarks, solution.problem, solution.result);
+  Report report{.landmarks = std::move(surveyed),
                 .left_out = rough->left_out,
                 .solution = std::move(solution),
                 .calibrated = settings.calibrates,
