@@ -4,6 +4,7 @@
 
 #include "apps/config/keys/robot_keys.h"
 #include "apps/config/map_file.h"
+#include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
 
 namespace twocone::config {
