@@ -117,13 +117,14 @@ struct OutlineRanging::Impl {
         hues(hues_of(all)),
         table(distinct_colours(all, hues)),
         views{ViewFitter(belief.rig().lower, lower_size, table), ViewFitter(belief.rig().upper, upper_size, table)},
-        wanted(all.size(), which.empty()) {
+        wanted(all.size(), which.empty()),
+        wanted_hues(table.size(), which.empty()) {
     check(targets, lower_size, upper_size);
     if (by_shared.size() != targets.size()) {
       throw base::InvalidArgument("method outline: errors of {} landmarks, must be of {}", by_shared.size(),
                                   targets.size());
     }
-    for (const std::size_t k : which) wanted.at(k) = true;
+    for (const std::size_t k : which) wanted.at(k) = wanted_hues[hues.at(k)] = true;
     for (const Landmark& target : targets) {
       least_px.push_back({least_area_px(belief.rig().lower, target), least_area_px(belief.rig().upper, target)});
     }
@@ -190,6 +191,7 @@ struct OutlineRanging::Impl {
   ColourTable table;
   std::array<ViewFitter, 2> views;
   std::vector<bool> wanted;
+  std::vector<bool> wanted_hues;                ///< by the table's colours
   std::vector<std::array<double, 2>> least_px;  ///< least_area_px() of each target in each view
 };
 
@@ -201,11 +203,7 @@ struct FrameObservation::Impl {
     check_image("OutlineRanging", "upper", upper, ranging.views[1].size());
     std::array<std::vector<Found>, 2> found;
     for (std::size_t view = 0; view < 2; ++view) {
-      std::vector<bool> wanted(ranging.table.size(), false);
-      for (std::size_t k = 0; k < all.size(); ++k) {
-        if (ranging.wanted[k]) wanted[ranging.hues[k]] = true;
-      }
-      found[view] = ranging.views[view].finder().find(images[view], ranging.table, wanted);
+      found[view] = ranging.views[view].finder().find(images[view], ranging.table, ranging.wanted_hues);
     }
     if (!expected.empty() && expected.size() != all.size()) {
       throw base::InvalidArgument("method outline: {} expected places, must be of {} targets or none", expected.size(),

@@ -75,7 +75,7 @@ Error refusal(const vision::CalibrationResult& result, const std::string& runs) 
                runs);
 }
 
-constexpr std::size_t kCircleImages = 31;
+constexpr int kCircleImages = 31;
 
 std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
   std::vector<vision::WheelReading> readings;
@@ -120,9 +120,6 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
     const vision::BeliefErrors errors = config::to_belief_errors(robot, run.map).vision;
     std::optional<vision::OutlineRanging> ranging;
     try {
-      const auto size_of = [](const drivers::CameraPart& camera) {
-        return cv::Size(camera.settings.width_px, camera.settings.height_px);
-      };
       ranging.emplace(rig, targets, size_of(lower_camera), size_of(upper_camera), std::vector<std::size_t>(), errors);
     } catch (const std::invalid_argument& error) {
       throw config::FileError("{}: {}", run.map.file.string(), error.what());
@@ -172,10 +169,8 @@ namespace {
 /// Returns about thirty images of one view from the chosen frames. Unreadable images are left out.
 std::vector<cv::Mat> images_for_circles(const ChosenFrames& chosen, vision::Side side) {
   std::vector<cv::Mat> images;
-  const std::size_t count = std::min(kCircleImages, chosen.frames.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const ChosenFrames::Frame& frame =
-        chosen.frames[i * (chosen.frames.size() - 1) / std::max<std::size_t>(1, count - 1)];
+  for (const std::size_t i : chosen_rows(chosen.frames.size(), kCircleImages)) {
+    const ChosenFrames::Frame& frame = chosen.frames[i];
     auto rgb = runlog::read_rgb(image_files(*frame.run, frame.row, chosen.exchanged)[std::size_t(side)]);
     if (rgb && (images.empty() || rgb->size() == images.front().size())) images.push_back(std::move(*rgb));
   }
@@ -393,17 +388,21 @@ vision::CalibrationPriors priors_of(const config::Robot& robot) {
   return priors;
 }
 
-std::vector<Landmark> refined_landmarks(const Report& report) {
-  std::vector<Landmark> refined = report.result.landmarks;
-  const auto is_exact = [](const Landmark& l) { return l.sigma == LandmarkSigma{}; };
-  if (!report.has_one_map || std::ranges::all_of(refined, is_exact)) return {};
-  for (std::size_t i = 0; i < refined.size(); ++i) {
+std::vector<Landmark> found_landmarks(const vision::CalibrationResult& result) {
+  std::vector<Landmark> found = result.landmarks;
+  for (std::size_t i = 0; i < found.size(); ++i) {
     const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
     const Eigen::Vector4d sigma =
-        report.result.belief_covariance.diagonal().segment<vision::kLandmarkNumbers>(at).cwiseMax(0).cwiseSqrt();
-    refined[i].sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop], sigma[vision::kRadius]};
+        result.belief_covariance.diagonal().segment<vision::kLandmarkNumbers>(at).cwiseMax(0).cwiseSqrt();
+    found[i].sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop], sigma[vision::kRadius]};
   }
-  return refined;
+  return found;
+}
+
+std::vector<Landmark> refined_landmarks(const Report& report) {
+  const auto is_exact = [](const Landmark& l) { return l.sigma == LandmarkSigma{}; };
+  if (!report.has_one_map || std::ranges::all_of(report.result.landmarks, is_exact)) return {};
+  return found_landmarks(report.result);
 }
 
 void take(const vision::CalibrationResult& result, const config::Robot& robot, Report& report) {

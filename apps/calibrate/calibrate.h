@@ -76,6 +76,9 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
 /// (config::ruler_sigma): a calibration asks the images.
 vision::CalibrationPriors priors_of(const config::Robot& robot);
 
+/// Returns the landmarks as they were found, with their standard deviations.
+std::vector<Landmark> found_landmarks(const vision::CalibrationResult& result);
+
 /// Returns the landmarks of the only map of all runs, as calibrated, with their standard deviations; empty where the
 /// map is exact or the runs have several maps.
 std::vector<Landmark> refined_landmarks(const Report& report);
@@ -132,9 +135,6 @@ std::string table(const Report& report);
 
 /// Returns calibration.json: everything in the table, by name, in SI units and pixels.
 std::string to_json(const Report& report);
-
-/// Returns the numbers that are believed afterwards with their joint covariance, as JSON: config::Calibration.
-std::string belief_json(const Report& report);
 
 /// Returns a stand-alone SVG figure of one view. Arrows at the sightings show the residuals before and after the
 /// calibration.

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate/calibrate.h"
+#include "apps/calibrate/report_json.h"
 #include "apps/config/calibration_file.h"
 #include "apps/runlog/version.h"
 #include "vision/uncertain_rig.h"
@@ -177,10 +178,7 @@ std::string table(const Report& report) {
   return text;
 }
 
-namespace {
-
-/// Returns the numbers that are believed after the calibration with their joint covariance, as config::Calibration.
-nlohmann::ordered_json belief_of(const Report& report) {
+nlohmann::ordered_json belief_json(const Report& report) {
   config::Map map;
   map.landmarks = report.result.landmarks;
   const Eigen::Index count = report.result.belief_covariance.rows();
@@ -217,14 +215,9 @@ nlohmann::ordered_json belief_of(const Report& report) {
   return belief;
 }
 
-}  // namespace
-
-std::string belief_json(const Report& report) { return belief_of(report).dump(); }
-
-std::string to_json(const Report& report) {
-  using Json = nlohmann::ordered_json;
+nlohmann::ordered_json solution_json(const Report& report) {
   const vision::CalibrationResult& r = report.result;
-  Json json;
+  nlohmann::ordered_json json;
   json["twocone"] = runlog::version();
   json["commit"] = runlog::commit();
   json["compiler"] = runlog::compiler();
@@ -238,6 +231,13 @@ std::string to_json(const Report& report) {
   json["sighting_scale"] = r.sighting_scale;
   json["systematic_px"] = r.systematic_px;
   if (r.wheel_scale > 0) json["wheel_scale"] = r.wheel_scale;
+  return json;
+}
+
+std::string to_json(const Report& report) {
+  using Json = nlohmann::ordered_json;
+  const vision::CalibrationResult& r = report.result;
+  Json json = solution_json(report);
   if (report.found) {
     Json& found = json["from_images"];
     found["lines"] = estimation::lines_of(*report.found);
@@ -275,7 +275,7 @@ std::string to_json(const Report& report) {
                                   {"observed", p.observed},
                                   {"derived", p.derived}});
   }
-  if (report.has_one_map) json["belief"] = belief_of(report);
+  if (report.has_one_map) json["belief"] = belief_json(report);
   return json.dump(2) + "\n";
 }
 

@@ -27,6 +27,11 @@ struct Start {
 /// numbers to the images and these do not show them.
 Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot, const Settings& settings);
 
+/// Returns the size of a camera's images.
+inline cv::Size size_of(const drivers::CameraPart& camera) {
+  return {camera.settings.width_px, camera.settings.height_px};
+}
+
 /// Reads an image. Errors: those of runlog::read_rgb; kBadData if the image does not have the camera's size.
 Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::CameraPart& camera);
 

@@ -5,10 +5,9 @@
 
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
-#include <nlohmann/json.hpp>
 
+#include "apps/calibrate/report_json.h"
 #include "apps/report/kit/figure.h"
-#include "apps/runlog/version.h"
 #include "apps/survey/survey.h"
 #include "vision/uncertain_rig.h"
 
@@ -61,22 +60,9 @@ std::string table(const Report& report) {
 
 std::string to_json(const Report& report) {
   using Json = nlohmann::ordered_json;
-  const vision::CalibrationResult& result = report.solution.result;
-  Json json;
-  json["twocone"] = runlog::version();
-  json["commit"] = runlog::commit();
-  json["compiler"] = runlog::compiler();
-  json["robot"] = report.solution.robot;
-  json["runs"] = report.solution.runs;
+  Json json = calibrate::solution_json(report.solution);
   json["rig"] = report.calibrated ? "found" : "held";
-  json["rounds"] = report.solution.rounds;
-  json["settled"] = report.solution.is_settled;
-  json["frames"] = result.frames_used;
-  json["frames_dropped"] = result.frames_dropped;
-  json["outliers"] = result.outliers;
-  json["rms_px"] = result.rms_after_px;
-  json["sighting_scale"] = result.sighting_scale;
-  json["systematic_px"] = result.systematic_px;
+  json["rms_px"] = report.solution.result.rms_after_px;
   for (std::size_t i = 0; i < report.landmarks.size(); ++i) {
     const SurveyedLandmark& l = report.landmarks[i];
     const Landmark& m = l.landmark;
@@ -95,7 +81,7 @@ std::string to_json(const Report& report) {
          {"outliers", l.outliers}});
   }
   json["left_out"] = report.left_out;
-  json["belief"] = Json::parse(calibrate::belief_json(report.solution));
+  json["belief"] = calibrate::belief_json(report.solution);
   return json.dump(2) + "\n";
 }
 

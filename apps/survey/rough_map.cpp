@@ -26,7 +26,7 @@ namespace {
 using localisation::MapFilter;
 
 // Images in which hues are sought.
-constexpr std::size_t kHueImages = 40;
+constexpr int kHueImages = 40;
 // A thing that fewer of the chosen frames show is not surveyed: a few may be of something that passed by.
 constexpr std::size_t kLeastSightings = 4;
 // Two maps of one room agree where landmarks of one hue are this near to each other.
@@ -59,9 +59,8 @@ Result<std::array<cv::Mat, 2>> images_at(const runlog::RunData& run, std::size_t
 
 Result<std::vector<Eigen::Vector3d>> hues_in(const calibrate::ChosenFrames& chosen, const vision::Rig& rig) {
   std::vector<vision::MirrorImage> images;
-  const std::size_t count = std::min(kHueImages, chosen.frames.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto& frame = chosen.frames[i * (chosen.frames.size() - 1) / std::max<std::size_t>(1, count - 1)];
+  for (const std::size_t i : calibrate::chosen_rows(chosen.frames.size(), kHueImages)) {
+    const calibrate::ChosenFrames::Frame& frame = chosen.frames[i];
     const auto both = images_at(*frame.run, frame.row);
     if (!both) return both.error();
     for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
@@ -106,14 +105,10 @@ std::optional<Eigen::Vector3d> pose_from(const std::vector<Tie>& ties, const std
 /// Maps one run.
 Result<RunMap> map_of(const runlog::RunData& run, const calibrate::ChosenFrames& chosen, const config::Robot& robot,
                       const std::vector<Eigen::Vector3d>& colours) {
-  config::Map without = run.map;
-  without.landmarks.clear();
-  const config::BeliefErrors errors = config::to_belief_errors(robot, without);
+  const config::BeliefErrors errors = errors_without_landmarks(robot, run.map);
   const vision::Rig rig = config::to_rig(robot);
-  const auto size_of = [](const drivers::CameraPart& camera) {
-    return cv::Size(camera.settings.width_px, camera.settings.height_px);
-  };
-  const vision::LandmarkSearch search(rig, colours, size_of(robot.lower), size_of(robot.upper), errors.vision);
+  const vision::LandmarkSearch search(rig, colours, calibrate::size_of(robot.lower), calibrate::size_of(robot.upper),
+                                      errors.vision);
   MapFilter filter(rig, errors.vision, config::to_wheels(robot), {}, errors.wheels, config::to_start_pose(robot));
   RunMap map;
   std::size_t next = 0;
@@ -241,6 +236,11 @@ Overlay best_overlay(const std::vector<Landmark>& landmarks, const std::vector<L
 }
 
 }  // namespace
+
+config::BeliefErrors errors_without_landmarks(const config::Robot& robot, config::Map map) {
+  map.landmarks.clear();
+  return config::to_belief_errors(robot, map);
+}
 
 std::string hue_name(const std::array<double, 3>& colour) {
   constexpr double kDegrees = 180 / std::numbers::pi;

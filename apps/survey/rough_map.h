@@ -8,7 +8,9 @@
 #include <Eigen/Core>
 
 #include "apps/calibrate/calibrate.h"
+#include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
+#include "apps/config/to_layers.h"
 #include "apps/runlog/run_data.h"
 #include "base/plane.h"
 #include "hal/result.h"
@@ -27,6 +29,9 @@ struct RoughMap {
 
 /// Returns the name of a hue, such as red, of a colour in linear light.
 std::string hue_name(const std::array<double, 3>& colour);
+
+/// Returns how wrong rig and wheels may be, whatever the map's landmarks are.
+config::BeliefErrors errors_without_landmarks(const config::Robot& robot, config::Map map);
 
 /// Finds landmarks by their vivid colours (vision/landmark_search.h), and tracks them and the pose from frame to frame
 /// (localisation/map_filter.h). Each run starts a map of its own; those of later runs are laid onto the first by the

@@ -13,6 +13,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/survey/rough_map.h"
 #include "base/errors.h"
+#include "localisation/odometry.h"
 #include "vision/uncertain_rig.h"
 
 namespace twocone::survey {
@@ -29,8 +30,8 @@ constexpr double kPlaceSigma_m = 1;
 constexpr double kTopSigma_m = 0.3;
 // What sightings are measured with in the first round: the errors of a rough map.
 constexpr LandmarkSigma kRough{.x_m = 0.1, .y_m = 0.1, .top_m = 0.03, .radius_m = 0.005};
-// Widths: how much all of a view are widened, a prior; the error of one, besides its noise; and the least sigma of a
-// radius.
+// All widths of a view are widened by the same amount, whose prior sigma this is. One width has an error of its own
+// besides its noise. No radius is stated as better known than the last share of it.
 constexpr double kWidening_px = 0.3;
 constexpr double kWidthError_px = 0.1;
 constexpr double kLeastRadiusShare = 0.005;
@@ -52,10 +53,10 @@ calibrate::ChosenFrames frames_of(const std::vector<runlog::RunData>& runs, int 
 
 /// Returns where a body is that was at `pose` a time ago, which may be negative.
 Eigen::Vector3d pose_at(const Pose2& pose, const BodyTwist& twist, double time_s) {
-  const double heading_rad = pose.heading_rad + twist.turn_radps * time_s / 2;
   const double way_m = twist.forward_mps * time_s;
-  return {pose.x_m + way_m * std::cos(heading_rad), pose.y_m + way_m * std::sin(heading_rad),
-          pose.heading_rad + twist.turn_radps * time_s};
+  const double turn_rad = twist.turn_radps * time_s;
+  const Pose2 there = localisation::drive_arc(pose, way_m - turn_rad / 2, way_m + turn_rad / 2, 1);
+  return {there.x_m, there.y_m, there.heading_rad};
 }
 
 /// Returns the runs with these landmarks on their maps.
@@ -301,9 +302,7 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
                                      .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px},
                                      .first_pose_covariance = kExact * kExact * Eigen::Matrix3d::Identity()};
   if (!settings.calibrates) {
-    config::Map without = runs.front().map;
-    without.landmarks.clear();
-    problem.held_rig = config::to_belief_errors(robot, without).vision;
+    problem.held_rig = errors_without_landmarks(robot, runs.front().map).vision;
   }
   const config::RigSigma believed = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig));
   calibrate::Report solution{.runs = {},
@@ -353,13 +352,7 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
       continue;
     }
     solution.is_settled = round > 0 && is_settled(before, result.landmarks);
-    landmarks = result.landmarks;
-    for (std::size_t i = 0; i < landmarks.size(); ++i) {
-      const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
-      const Eigen::Vector4d sigma = result.belief_covariance.diagonal().segment<4>(at).cwiseMax(0).cwiseSqrt();
-      landmarks[i].sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop],
-                            sigma[vision::kRadius]};
-    }
+    landmarks = calibrate::found_landmarks(result);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       if (result.poses[i]) poses[i] = result.poses[i];
     }
