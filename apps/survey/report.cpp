@@ -54,6 +54,10 @@ std::string table(const Report& report) {
       "{} of {} frames used, {} rounds{}; residuals, rms of a pixel coordinate: lower {:.3f} px, upper {:.3f} px\n",
       result.frames_used, result.frames_used + result.frames_dropped, report.solution.rounds,
       report.solution.is_settled ? "" : " (not settled)", result.rms_after_px[0], result.rms_after_px[1]);
+  for (const MovedLandmark& moved : report.moved) {
+    text += fmt::format("{} was moved by ({:+.1f}, {:+.1f}) mm, +- {:.1f}\n", moved.name, 1000 * moved.by_m.x(),
+                        1000 * moved.by_m.y(), 1000 * moved.sigma_m);
+  }
   for (const std::string& sentence : report.left_out) text += sentence + "\n";
   return text;
 }
@@ -79,6 +83,11 @@ std::string to_json(const Report& report) {
           {{"major_m", ellipse.major_m}, {"minor_m", ellipse.minor_m}, {"direction_rad", ellipse.direction_rad}}},
          {"sightings", l.sightings},
          {"outliers", l.outliers}});
+  }
+  json["moved"] = Json::array();
+  for (const MovedLandmark& moved : report.moved) {
+    json["moved"].push_back(
+        {{"name", moved.name}, {"by_m", {moved.by_m.x(), moved.by_m.y()}}, {"sigma_m", moved.sigma_m}});
   }
   json["left_out"] = report.left_out;
   json["belief"] = calibrate::belief_json(report.solution);

@@ -15,6 +15,7 @@
 #include "apps/calibrate/start.h"
 #include "apps/config/to_layers.h"
 #include "apps/runlog/storage/image_file.h"
+#include "apps/survey/overlay.h"
 #include "base/quantile.h"
 #include "localisation/map_filter.h"
 #include "vision/hue_labels.h"
@@ -29,9 +30,6 @@ using localisation::MapFilter;
 constexpr int kHueImages = 40;
 // A thing that fewer of the chosen frames show is not surveyed: a few may be of something that passed by.
 constexpr std::size_t kLeastSightings = 4;
-// Two maps of one room agree where landmarks of one hue are this near to each other.
-constexpr double kSamePlace_m = 0.35;
-constexpr std::size_t kLeastShared = 3;
 
 /// A thing that one frame shows, and the landmark that it is.
 struct Tie {
@@ -177,62 +175,6 @@ Landmark to_landmark(const localisation::FoundLandmark& found, const std::vector
                     .top_m = found.numbers[vision::kTop]};
   if (found.sightings >= kLeastSightings) landmark.name = hue_name(landmark.colour);
   return landmark;
-}
-
-/// Returns the index of the landmark of that colour at that place.
-std::optional<std::size_t> same_landmark(const Landmark& landmark, const std::vector<Landmark>& among) {
-  for (std::size_t i = 0; i < among.size(); ++i) {
-    const bool is_near = (vision::place_m(among[i]) - vision::place_m(landmark)).norm() < kSamePlace_m;
-    if (is_near && among[i].colour == landmark.colour) return i;
-  }
-  return std::nullopt;
-}
-
-/// The motion that lays one map onto another.
-struct Overlay {
-  double heading_rad = 0;
-  Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();
-  std::size_t agree = 0;  ///< landmarks that lie on one of their colour
-
-  [[nodiscard]] Eigen::Vector2d moved(const Eigen::Vector2d& place_m) const {
-    return shift_m + Eigen::Rotation2Dd(heading_rad) * place_m;
-  }
-  [[nodiscard]] Eigen::Vector3d moved(const localisation::Pose& pose) const {
-    const Eigen::Vector2d place_m = moved(Eigen::Vector2d(pose.x_m, pose.y_m));
-    return {place_m.x(), place_m.y(), localisation::wrap_angle_rad(pose.heading_rad + heading_rad)};
-  }
-};
-
-/// Returns the overlay with which most landmarks agree, tried for every two of them.
-Overlay best_overlay(const std::vector<Landmark>& landmarks, const std::vector<Landmark>& onto) {
-  Overlay best;
-  const auto is_pair = [](const Landmark& a, const Landmark& b) { return a.colour == b.colour && !a.name.empty(); };
-  for (const Landmark& a : landmarks) {
-    for (const Landmark& b : landmarks) {
-      for (const Landmark& c : onto) {
-        for (const Landmark& d : onto) {
-          if (&a == &b || &c == &d || !is_pair(a, c) || !is_pair(b, d)) continue;
-          const Eigen::Vector2d here_m = vision::place_m(b) - vision::place_m(a);
-          const Eigen::Vector2d there_m = vision::place_m(d) - vision::place_m(c);
-          if (std::abs(here_m.norm() - there_m.norm()) > kSamePlace_m) continue;
-          Overlay overlay;
-          overlay.heading_rad =
-              localisation::wrap_angle_rad(std::atan2(there_m.y(), there_m.x()) - std::atan2(here_m.y(), here_m.x()));
-          overlay.shift_m = (vision::place_m(c) + vision::place_m(d)) / 2 -
-                            Eigen::Rotation2Dd(overlay.heading_rad) * (vision::place_m(a) + vision::place_m(b)) / 2;
-          for (const Landmark& landmark : landmarks) {
-            Landmark moved = landmark;
-            const Eigen::Vector2d place_m = overlay.moved(vision::place_m(landmark));
-            moved.x_m = place_m.x();
-            moved.y_m = place_m.y();
-            overlay.agree += !landmark.name.empty() && same_landmark(moved, onto) ? 1 : 0;
-          }
-          if (overlay.agree > best.agree) best = overlay;
-        }
-      }
-    }
-  }
-  return best;
 }
 
 }  // namespace

@@ -274,6 +274,68 @@ Result<std::vector<vision::MeasuredDistance>> distances_of(const std::vector<Tap
   return distances;
 }
 
+/// Returns a name for a landmark that the measured map does not have.
+std::string new_name(const std::string& hue, const std::vector<Landmark>& measured) {
+  const auto is_taken = [&](const std::string& name) {
+    return std::ranges::find(measured, name, &Landmark::name) != measured.end();
+  };
+  for (int number = 1;; ++number) {
+    std::string name = fmt::format("{}.{}", hue, number);
+    if (!is_taken(name)) return name;
+  }
+}
+
+/// Lays the survey onto a measured map, and solves it again with what that map states.
+std::optional<Error> refine(const std::vector<Landmark>& measured, const config::Robot& robot, const std::string& run,
+                            Report& report) {
+  calibrate::Report& solution = report.solution;
+  std::vector<Landmark> surveyed;
+  for (const SurveyedLandmark& l : report.landmarks) surveyed.push_back(l.landmark);
+  const auto count = Eigen::Index(surveyed.size());
+  Eigen::MatrixXd covariance(2 * count, 2 * count);
+  const auto at = [](Eigen::Index landmark) { return vision::kRigNumbers + vision::kLandmarkNumbers * landmark; };
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index k = 0; k < count; ++k) {
+      covariance.block<2, 2>(2 * i, 2 * k) = solution.result.belief_covariance.block<2, 2>(at(i), at(k));
+    }
+  }
+  auto match = match_to_map(surveyed, covariance, measured);
+  if (!match) return Error(match.error().code, "{}: {}", run, match.error().message);
+  vision::CalibrationProblem& problem = solution.problem;
+  problem.landmarks = match->landmarks;
+  std::vector<Landmark> named = measured;
+  for (std::size_t i = 0; i < surveyed.size(); ++i) {
+    Landmark& landmark = problem.landmarks[i];
+    LandmarkSigma& sigma = landmark.sigma;
+    if (std::isinf(sigma.top_m)) {
+      sigma.top_m = kTopSigma_m;
+      sigma.radius_m = surveyed[i].sigma.radius_m;
+      landmark.name = new_name(hue_name(landmark.colour), named);
+      named.push_back(landmark);
+    }
+    if (std::isinf(sigma.x_m)) sigma.x_m = sigma.y_m = kPlaceSigma_m;
+  }
+  problem.first_pose_covariance.reset();
+  for (std::size_t i = 0; i < problem.frames.size(); ++i) {
+    std::optional<Eigen::Vector3d>& start = problem.frames[i].start;
+    if (const auto& pose = solution.result.poses[i]) start = *pose;
+    if (start) start = match->overlay.moved(Pose2{start->x(), start->y(), start->z()});
+  }
+  vision::CalibrationResult result = vision::calibrate(problem);
+  if (result.verdict != vision::CalibrationVerdict::kOk) return refusal(result, run);
+  if (report.calibrated) {
+    calibrate::take(result, robot, solution);
+  } else {
+    solution.result = std::move(result);
+  }
+  report.landmarks = counted(calibrate::found_landmarks(solution.result), problem, solution.result);
+  report.moved = std::move(match->moved);
+  for (const std::string& name : match->missing) {
+    report.left_out.push_back(fmt::format("{} was not found, and is not on the refined map", name));
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Robot& robot, const Settings& settings) {
@@ -367,10 +429,14 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
   solution.problem = std::move(problem);
   std::vector<SurveyedLandmark> surveyed = counted(landmarks, solution.problem, solution.result);
   Report report{.landmarks = std::move(surveyed),
+                .moved = {},
                 .left_out = rough->left_out,
                 .solution = std::move(solution),
                 .calibrated = settings.calibrates,
                 .bounds = runs.front().map.bounds};
+  if (!settings.measured.empty()) {
+    if (const auto failed = refine(settings.measured, robot, name, report)) return *failed;
+  }
   notify(1);
   return report;
 }

@@ -11,6 +11,7 @@
 #include "apps/calibrate/calibrate.h"
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
+#include "apps/survey/refine.h"
 #include "base/plane.h"
 #include "hal/result.h"
 
@@ -29,6 +30,8 @@ struct Settings {
   bool calibrates = false;  ///< the rig is found, too, within its priors; false: it is held as believed
   vision::CalibrationPriors priors{};
   std::vector<TapeDistance> distances{};
+  /// The landmarks of a measured map: it is refined within their sigmas. Empty: there is none.
+  std::vector<Landmark> measured{};
   std::function<void(double)> progress;  ///< called with the fraction of the work that is done; may be empty
 };
 
@@ -40,7 +43,8 @@ struct SurveyedLandmark {
 
 struct Report {
   std::vector<SurveyedLandmark> landmarks;
-  std::vector<std::string> left_out;  ///< what was seen and is no landmark, a sentence each
+  std::vector<MovedLandmark> moved;   ///< landmarks of the measured map that are elsewhere
+  std::vector<std::string> left_out;  ///< what was seen and is no landmark or not seen and is one, a sentence each
   /// The solution: rig, wheels, residuals, and the joint covariance of rig and landmarks. If the rig was held, it is
   /// the believed one.
   calibrate::Report solution;
@@ -55,9 +59,12 @@ struct Report {
 /// A rough map (apps/survey/rough_map.h) is the start. Then the landmarks' outlines are measured in the chosen frames
 /// where they are expected, and places, tops, radii, poses and, on request, the rig are solved together
 /// (vision/calibration.h), until the result settles. Radii follow from the widths of outlines. No ground truth is read.
+///
+/// With a measured map, that map is the world. The survey is laid onto it, landmarks that were moved are found
+/// (apps/survey/refine.h), and all is solved once more, where what the map states of the others counts with its sigmas.
 /// @param runs at least one; all of this robot in one room
 /// Errors, each in one line: kUnavailable (built without Ceres), kBadData (images, wheels, too few landmarks,
-/// contradictory data, a distance between landmarks that were not found).
+/// contradictory data, a distance between landmarks that were not found, a measured map of another room).
 Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Robot& robot, const Settings& settings);
 
 /// Returns the table for a terminal: at most 100 columns, in millimetres.

@@ -27,6 +27,7 @@ struct SurveyArguments {
   std::filesystem::path out, robot, calibrated;
   std::vector<std::vector<std::string>> distances;
   double distance_sigma_m = 0.002;
+  bool refines = false;
   bool force = false;
   survey::Settings settings;
 };
@@ -62,6 +63,12 @@ void survey_with(SurveyArguments options) {
   for (const auto& folder : options.runs) runs.push_back(runlog::read_run(folder));
   const config::Robot robot = options.robot.empty() ? runs.front().robot : config::read_robot(options.robot);
   options.settings.priors = calibrate::priors_of(robot);
+  config::Map map = config::read_map(robot.map);
+  if (options.refines) {
+    if (map.landmarks.empty())
+      throw BadUsage("--refine: {} has no landmarks, so that there is nothing to refine", robot.map.string());
+    options.settings.measured = map.landmarks;
+  }
   ProgressBar bar("survey");
   options.settings.progress = [&bar](double done) { bar.show(done); };
   const survey::Report report = value_or_fail(survey::survey(runs, robot, options.settings));
@@ -73,7 +80,6 @@ void survey_with(SurveyArguments options) {
   for (const std::string& run : report.solution.runs) header.push_back("  run " + run);
   runlog::write_whole(json, survey::to_json(report));
   runlog::write_whole(figure, survey::figure(report));
-  config::Map map = config::read_map(robot.map);
   map.scene.reset();  // the one that the file names
   map.survey = json;
   map.landmarks.clear();
@@ -114,6 +120,9 @@ void add_survey(CLI::App& program) {
       ->type_name("NAME NAME METRES");
   add_checked(command, "--distance-sigma", options->distance_sigma_m, "Standard deviation of these distances, m",
               CLI::PositiveNumber);
+  command->add_flag(
+      "--refine", options->refines,
+      "Refine the robot's map within its sigmas, and name landmarks that were moved since it was measured");
   add_checked(command, "--frames", options->settings.frames, "Number of frames to use, spread over the runs",
               CLI::Range(4, 100'000));
   command->add_flag("--force", options->force, "Replace files that exist");
