@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/calibrate/start.h"
 #include "apps/config/to_layers.h"
+#include "apps/survey/bearing_map.h"
 #include "apps/survey/rough_map.h"
 #include "base/errors.h"
 #include "localisation/odometry.h"
@@ -37,6 +39,20 @@ constexpr double kWidthError_px = 0.1;
 constexpr double kLeastRadiusShare = 0.005;
 // Two things of one hue that are nearer to each other than this are one.
 constexpr double kOnePlace_m = 0.3;
+// How well some rounds know a rig: the errors that a rough map allows for.
+constexpr config::RigSigma kFoundSigma{.mirror_radius_m = 0.001,
+                                       .lens_to_tip_m = 0.001,
+                                       .mirror_separation_m = 0.003,
+                                       .lens_height_m = 0.003,
+                                       .apex_rad = 0.002,
+                                       .centre_px = 1,
+                                       .rim_radius_px = 1,
+                                       .azimuth_rad = 0.01,
+                                       .tilt_rad = 0.004,
+                                       .axis_offset_m = 0.002,
+                                       .late_s = 0.005,
+                                       .readout_s = 0.005,
+                                       .distortion = 0.01};
 constexpr std::size_t kLeastOutlines = 6;  ///< one frame has two
 // Widths of one landmark agree within this share of them. A sighting is left out as hidden in part if it is narrower by
 // the three amounts together.
@@ -336,17 +352,21 @@ std::optional<Error> refine(const std::vector<Landmark>& measured, const config:
   return std::nullopt;
 }
 
-}  // namespace
+/// Where the rounds of sighting and solving start.
+struct RoundsStart {
+  RoughMap rough;
+  /// The rig to measure with in the first round; empty: the believed one.
+  std::optional<vision::Rig> rig;
+  /// Landmarks are not expected at their places in the first round: their hues alone identify them.
+  bool by_hue = false;
+  int most_rounds = kMostRounds;
+};
 
-Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Robot& robot, const Settings& settings) {
-  if (runs.empty()) throw std::invalid_argument("survey: there is no run, must be at least one");
+/// Measures outlines and solves, in rounds, until the result settles.
+Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Robot& robot, const Settings& settings,
+                     RoundsStart start, const std::function<void(double)>& notify) {
   const std::string name = runs.front().folder.string();
-  if (!vision::can_calibrate()) return no_solver();
-  const auto notify = [&settings](double done) {
-    if (settings.progress) settings.progress(done);
-  };
-  auto rough = find_rough_map(runs, frames_of(runs, settings.frames), robot);
-  if (!rough) return rough.error();
+  RoughMap* const rough = &start.rough;
   std::vector<Landmark> landmarks = rough->landmarks;
   for (Landmark& landmark : landmarks) landmark.sigma = kRough;
   std::vector<runlog::RunData> on_map = with_landmarks(runs, landmarks);
@@ -384,10 +404,13 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
     problem.upper_rim = solution.circles[1].rim;
     problem.distortion_sigma = believed.distortion;
   }
+  if (start.rig) solution.after = *start.rig;
   std::vector<std::optional<Eigen::Vector3d>> poses = rough->poses;
-  for (int round = 0; round < kMostRounds; ++round) {
-    calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, poses,
-                                                  [&](double done) { notify((round + done) / kMostRounds); });
+  for (int round = 0; round < start.most_rounds; ++round) {
+    std::vector<std::optional<Eigen::Vector3d>> expected = poses;
+    if (start.by_hue && round == 0) std::ranges::fill(expected, std::nullopt);
+    calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, expected,
+                                                  [&](double done) { notify((round + done) / start.most_rounds); });
     if (!sighted.unreadable.empty()) return sighted.unreadable.front();
     poses.front() = pose_at(rough->first, rough->twist, solution.after.exposures.front().late_s);
     for (std::size_t i = 0; i < sighted.frames.size(); ++i) sighted.frames[i].start = poses[i];
@@ -405,7 +428,7 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
     vision::CalibrationResult result = vision::calibrate(problem);
     if (result.verdict != vision::CalibrationVerdict::kOk) return refusal(result, name);
     solution.rounds = round + 1;
-    if (const auto none = no_landmark(counted(landmarks, problem, result)); none && round + 1 < kMostRounds) {
+    if (const auto none = no_landmark(counted(landmarks, problem, result)); none && round + 1 < start.most_rounds) {
       rough->left_out.push_back(none->second);
       landmarks.erase(landmarks.begin() + std::ptrdiff_t(none->first));
       if (landmarks.size() < 2) return refusal({}, name);
@@ -434,10 +457,96 @@ Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Ro
                 .solution = std::move(solution),
                 .calibrated = settings.calibrates,
                 .bounds = runs.front().map.bounds};
-  if (!settings.measured.empty()) {
-    if (const auto failed = refine(settings.measured, robot, name, report)) return *failed;
+  return report;
+}
+
+/// A robot whose rig was found in its images, and what to measure with until it is solved for.
+struct FoundRig {
+  config::Robot robot;               ///< with what the images show in place of what they contradict
+  vision::CalibrationPriors priors;  ///< about that robot's rig
+  std::optional<vision::Rig> rig;    ///< solved for, roughly
+  config::Robot rough;               ///< with that rig
+};
+
+/// Returns whether so little is known of the rig that the two views would not agree on a landmark.
+bool is_rough(const config::Robot& robot) {
+  constexpr double kRoughCentre_px = 3;
+  constexpr double kRoughAzimuth_rad = 0.1;
+  constexpr double kRoughTilt_rad = 0.01;
+  if (!robot.rig.calibration.empty()) return false;
+  const config::RigSigma sigma = robot.rig.sigma.value_or(config::ruler_sigma(robot.rig));
+  return !robot.rig.missing.empty() || sigma.centre_px > kRoughCentre_px || sigma.azimuth_rad > kRoughAzimuth_rad ||
+         sigma.tilt_rad > kRoughTilt_rad;
+}
+
+/// Finds a rig that is known by a ruler: a map by bearings alone, what the images show on that map, and some rounds of
+/// a survey with landmarks whose hues identify them.
+Result<FoundRig> find_first_rig(const runlog::RunData& run, const config::Robot& robot, const Settings& settings,
+                                const std::function<void(double)>& notify) {
+  constexpr int kFrames = 120;
+  constexpr int kRounds = 5;
+  const std::vector<runlog::RunData> runs{run};
+  auto rough = find_bearing_map(run, frames_of(runs, kFrames), robot);
+  if (!rough) return rough.error();
+  std::vector<Landmark> landmarks = rough->landmarks;
+  for (Landmark& landmark : landmarks) landmark.sigma = kRough;
+  const std::vector<runlog::RunData> on_map = with_landmarks(runs, landmarks);
+  calibrate::Settings search;
+  search.priors = settings.priors;
+  const auto start = calibrate::find_start(on_map.front(), robot, search);
+  if (!start) return start.error();
+  if (start->exchanged) {
+    return Error(ErrorCode::kBadData,
+                 "{}: the images of camera lower are those of the upper mirror: exchange the two "
+                 "cameras in the robot file, and record again",
+                 run.folder.string());
   }
-  notify(1);
+  Settings first = settings;
+  first.priors = start->priors;
+  first.distances.clear();
+  first.frames = kFrames;
+  FoundRig found{start->robot, start->priors, {}, start->robot};
+  auto solved = solve(runs, start->robot, first, {*std::move(rough), {}, true, kRounds}, notify);
+  if (!solved) return solved.error();
+  found.rig = solved->solution.after;
+  found.rough.rig = solved->solution.rig;
+  found.rough.rig.sigma = kFoundSigma;
+  found.rough.drive = solved->solution.drive;
+  return found;
+}
+
+}  // namespace
+
+Result<Report> survey(const std::vector<runlog::RunData>& runs, const config::Robot& robot, const Settings& settings) {
+  if (runs.empty()) throw std::invalid_argument("survey: there is no run, must be at least one");
+  if (!vision::can_calibrate()) return no_solver();
+  // Shares of the progress.
+  const bool finds_rig = settings.calibrates && is_rough(robot);
+  const double first = finds_rig ? 0.4 : 0;
+  const auto notify = [&](double from, double to) {
+    return [&settings, from, to](double done) {
+      if (settings.progress) settings.progress(from + (to - from) * done);
+    };
+  };
+  FoundRig found{robot, settings.priors, {}, robot};
+  if (finds_rig) {
+    auto first_rig = find_first_rig(runs.front(), robot, settings, notify(0, first));
+    if (!first_rig) return first_rig.error();
+    found = *std::move(first_rig);
+  }
+  auto rough = find_rough_map(runs, frames_of(runs, settings.frames), found.rough);
+  if (!rough) return rough.error();
+  Settings all = settings;
+  all.priors = found.priors;
+  auto solved = solve(runs, found.robot, all, {*std::move(rough), found.rig}, notify(first, 1));
+  if (!solved) return solved.error();
+  Report report = *std::move(solved);
+  if (!settings.measured.empty()) {
+    if (const auto failed = refine(settings.measured, found.robot, runs.front().folder.string(), report)) {
+      return *failed;
+    }
+  }
+  notify(0, 1)(1);
   return report;
 }
 
