@@ -22,15 +22,18 @@ namespace twocone::survey {
 namespace {
 
 constexpr int kMostRounds = 10;
-/// The rounds end when no landmark moves by more within the map, and no top and radius changes by more.
+/// The rounds end when no landmark moves by more within the map, and no top and radius changes by more; a radius that
+/// is known less well, by a share of its sigma.
 constexpr double kSettled_m = 5e-4;
+constexpr double kSettledSigmas = 0.25;
 
 // The first pose defines the world, so that it is exact: in numbers, to this many metres and radians.
 constexpr double kExact = 1e-6;
 // Priors of what a rough map has. They are wide, so that only the data count.
 constexpr double kPlaceSigma_m = 1;
 constexpr double kTopSigma_m = 0.3;
-// What sightings are measured with in the first round: the errors of a rough map.
+// What sightings are measured with in the first round: the errors of a map by bearings, and of a rough map.
+constexpr LandmarkSigma kByBearings{.x_m = 0.4, .y_m = 0.4, .top_m = 0.2, .radius_m = 0.04};
 constexpr LandmarkSigma kRough{.x_m = 0.1, .y_m = 0.1, .top_m = 0.03, .radius_m = 0.005};
 // All widths of a view are widened by the same amount, whose prior sigma this is. One width has an error of its own
 // besides its noise. No radius is stated as better known than the last share of it.
@@ -169,7 +172,8 @@ void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vec
   for (Eigen::Index i = 0; i < count; ++i) {
     if (widths[std::size_t(i)] == 0) continue;
     Landmark& landmark = landmarks[std::size_t(i)];
-    landmark.radius_m *= answer[i];
+    // Few widths, and a widening of their own size, may give anything.
+    landmark.radius_m *= std::clamp(answer[i], 0.5, 2.0);
     // The errors of one landmark's widths are those of its light, so that they do not average away over frames.
     const double own = std::sqrt(covariance(i, i) * double(widths[std::size_t(i)]));
     landmark.sigma.radius_m = landmark.radius_m * std::max(kLeastRadiusShare, own);
@@ -223,7 +227,8 @@ bool is_settled(const std::vector<Landmark>& last, const std::vector<Landmark>& 
   for (std::size_t i = 0; i < now.size(); ++i) {
     const auto moved = arm(now[i], now_middle) - similarity * arm(last[i], last_middle);
     if (std::abs(moved) > kSettled_m) return false;
-    if (std::abs(now[i].radius_m - std::abs(similarity) * last[i].radius_m) > kSettled_m) return false;
+    const double settled_m = std::max(kSettled_m, kSettledSigmas * now[i].sigma.radius_m);
+    if (std::abs(now[i].radius_m - std::abs(similarity) * last[i].radius_m) > settled_m) return false;
     if (std::abs(now[i].top_m - last[i].top_m) > kSettled_m) return false;
   }
   return true;
@@ -368,7 +373,7 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
   const std::string name = runs.front().folder.string();
   RoughMap* const rough = &start.rough;
   std::vector<Landmark> landmarks = rough->landmarks;
-  for (Landmark& landmark : landmarks) landmark.sigma = kRough;
+  for (Landmark& landmark : landmarks) landmark.sigma = start.by_hue ? kByBearings : kRough;
   std::vector<runlog::RunData> on_map = with_landmarks(runs, landmarks);
   calibrate::ChosenFrames chosen = frames_of(on_map, settings.frames);
   const vision::Rig rig = config::to_rig(robot);
@@ -436,8 +441,8 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
       chosen = frames_of(on_map, settings.frames);
       continue;
     }
-    solution.is_settled = round > 0 && is_settled(before, result.landmarks);
     landmarks = calibrate::found_landmarks(result);
+    solution.is_settled = round > 0 && is_settled(before, landmarks);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       if (result.poses[i]) poses[i] = result.poses[i];
     }
@@ -484,12 +489,12 @@ bool is_rough(const config::Robot& robot) {
 Result<FoundRig> find_first_rig(const runlog::RunData& run, const config::Robot& robot, const Settings& settings,
                                 const std::function<void(double)>& notify) {
   constexpr int kFrames = 120;
-  constexpr int kRounds = 5;
+  constexpr int kRounds = 3;
   const std::vector<runlog::RunData> runs{run};
   auto rough = find_bearing_map(run, frames_of(runs, kFrames), robot);
   if (!rough) return rough.error();
   std::vector<Landmark> landmarks = rough->landmarks;
-  for (Landmark& landmark : landmarks) landmark.sigma = kRough;
+  for (Landmark& landmark : landmarks) landmark.sigma = kByBearings;
   const std::vector<runlog::RunData> on_map = with_landmarks(runs, landmarks);
   calibrate::Settings search;
   search.priors = settings.priors;

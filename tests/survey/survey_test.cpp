@@ -202,6 +202,37 @@ TEST(Survey, FindsTheMapOfARoom) {
   expect_table_and_figure(*found);
 }
 
+// Catches a start that needs a rig that is known: the robot file has the camera turned by two radians, the mirrors'
+// places in the images off by some pixels, and sizes from a ruler.
+TEST(Survey, FindsARigThatARulerMeasured) {
+  const TemporaryFolder folder;
+  const runlog::RunData run = drive(folder, room());
+  config::Robot by_ruler = robot();
+  for (config::RigView* view : {&by_ruler.rig.lower, &by_ruler.rig.upper}) {
+    view->azimuth_rad += 2.1;
+    view->centre_px[0] += 9;
+    view->centre_px[1] -= 7;
+    view->rim_radius_px *= 1.02;
+  }
+  by_ruler.rig.lower.azimuth_rad += 0.2;
+  by_ruler.rig.mirror_separation_m += 0.002;
+  by_ruler.rig.sigma = config::ruler_sigma(by_ruler.rig);
+  by_ruler.rig.sigma->azimuth_rad = 1.8;
+  Settings settings;
+  settings.calibrates = true;
+  settings.priors = calibrate::priors_of(by_ruler);
+  const auto found = survey({run}, by_ruler, settings);
+  ASSERT_TRUE(found) << found.error().message;
+  const vision::Rig& rig = found->solution.after;
+  for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+    const vision::MirrorViewSettings& is = of_view(lab().rig, side).settings();
+    const vision::MirrorViewSettings& seen = of_view(rig, side).settings();
+    EXPECT_LT((seen.centre_px - is.centre_px).norm(), 1.5) << to_string(side);
+    EXPECT_LT(std::abs(localisation::wrap_angle_rad(seen.azimuth_rad - is.azimuth_rad)), 0.02) << to_string(side);
+  }
+  EXPECT_EQ(found->landmarks.size(), room().size());
+}
+
 // Catches a measured map that does not count, or that counts where a landmark was moved: its world is not the drive's.
 TEST(Survey, RefinesAMeasuredMap) {
   const TemporaryFolder folder;
