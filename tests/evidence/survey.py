@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of surveys (survey.sh), against the truth that `twocone as-built` wrote.
 
-  survey.py FOLDER...   one robot each: built.map.yaml, survey.survey.json, own/ and true/ (the same frames localised on the surveyed
-                        and on the true map)
+  survey.py FOLDER...   one robot each: built.map.yaml, survey.survey.json, and perhaps own/ and true/ (the same frames localised on
+                        the surveyed and on the true map)
+  survey.py --tape FOLDER SEED   two landmarks of that survey that are about 3 m apart, and their true distance with an error of
+                        2 mm, as twocone survey --distance wants them
 
 Prints lines KEY VALUE, and a line of each robot to standard error. Errors of landmarks are those that remain after the best
 similarity, and after the best rigid motion. Fixes on the own map are laid over the truth by the similarity of the landmarks.
@@ -11,6 +13,9 @@ similarity, and after the best rigid motion. Fixes on the own map are laid over 
 import cmath
 import json
 import math
+import os
+import random
+import re
 import statistics
 import sys
 
@@ -58,16 +63,45 @@ def chi_squared_of_shape(errors, covariance, places):
     return dot(errors, weighted[0]) - dot(right, solve(normal, [right])[0])
 
 
-def figures_of(folder):
+def sigma_of_scale(covariance, places):
+    """Returns the standard deviation of the map's scale, as least squares of the places give it."""
+    mean = sum(places) / len(places)
+    slopes = [v for p in places for v in ((p - mean).real, (p - mean).imag)]
+    square = dot(slopes, slopes)
+    return math.sqrt(dot(slopes, [dot(row, slopes) for row in covariance])) / square
+
+
+def tops(file):
+    """Returns the heights of the tops of a map's landmarks, by name."""
+    return {found[1]: float(found[2]) for found in re.finditer(r"name: (\S+), .*? top_m: ([^,}]+)", open(file).read())}
+
+
+def pairs_of(folder):
+    """Returns the survey, the true places, and which landmark is which."""
     survey = json.load(open(f"{folder}/survey.survey.json"))
     truth = landmarks(f"{folder}/built.map.yaml")
-    belief = survey["belief"]
-    found, pairs = survey["landmarks"], []
-    for landmark in found:
+    pairs = []
+    for landmark in survey["landmarks"]:
         place = complex(landmark["x_m"], landmark["y_m"])
         nearest = min(truth, key=lambda name: abs(truth[name] - place))
         if abs(truth[nearest] - place) < 0.5 and nearest not in [name for _, name in pairs]:
             pairs.append((landmark, nearest))
+    return survey, truth, pairs
+
+
+def tape(folder, seed):
+    _, truth, pairs = pairs_of(folder)
+    apart = lambda pair: abs(truth[pair[0][1]] - truth[pair[1][1]])
+    one, other = min(((p, q) for i, p in enumerate(pairs) for q in pairs[:i]), key=lambda pair: abs(apart(pair) - 3))
+    error = random.Random(seed).gauss(0, 0.002)
+    print(one[0]["name"], other[0]["name"], round(apart((one, other)) + error, 5))
+
+
+def figures_of(folder):
+    survey, truth, pairs = pairs_of(folder)
+    belief = survey["belief"]
+    found = survey["landmarks"]
+    heights = tops(f"{folder}/built.map.yaml")
     here = [complex(l["x_m"], l["y_m"]) for l, _ in pairs]
     there = [truth[name] for _, name in pairs]
     index = {name: i for i, name in enumerate(belief["names"])}
@@ -81,7 +115,10 @@ def figures_of(folder):
         "similarity_mm": 1000 * rms([turn * p + shift - q for p, q in zip(here, there)]),
         "rigid_mm": 1000 * rms([rigid_turn * p + rigid_shift - q for p, q in zip(here, there)]),
         "chi_squared": chi_squared_of_shape(errors, covariance, here), "freedom": 2 * len(pairs) - 4,
-        "scale_percent": 100 * (abs(turn) - 1)}
+        "scale_percent": 100 * (abs(turn) - 1), "scale_sigma_percent": 100 * sigma_of_scale(covariance, here),
+        "tops_mm": 1000 * rms([l["top_m"] - heights[name] for l, name in pairs]), "own_mm": math.nan, "true_mm": math.nan}
+    if not os.path.exists(f"{folder}/own"):
+        return answer
     for kind, (t, s) in (("own", (turn, shift)), ("true", (1, 0))):
         off = []
         for row, place, _ in frames(f"{folder}/{kind}"):
@@ -102,7 +139,8 @@ def main():
             continue
         r = robots[-1]
         print(f"{folder.split('/')[-1]}: {r['found']} of {r['landmarks']}, {r['ghosts']} ghosts, {r['similarity_mm']:.2f} mm, "
-              f"rigid {r['rigid_mm']:.2f} mm, chi-squared {r['chi_squared']:.1f} of {r['freedom']}, scale {r['scale_percent']:+.2f} %, "
+              f"rigid {r['rigid_mm']:.2f} mm, chi-squared {r['chi_squared']:.1f} of {r['freedom']}, scale {r['scale_percent']:+.2f} % "
+              f"+- {r['scale_sigma_percent']:.2f} %, tops {r['tops_mm']:.2f} mm, "
               f"fixes {r['own_mm']:.2f} mm on the own map, {r['true_mm']:.2f} mm on the true one", file=sys.stderr)
     if not robots:
         return
@@ -117,8 +155,16 @@ def main():
     print("within_3_mm", sum(r["similarity_mm"] <= 3 for r in robots))
     print("chi_squared", round(total("chi_squared"), 1))
     print("freedom", total("freedom"))
+    print("rigid_mm", round(statistics.median(r["rigid_mm"] for r in robots), 2))
+    print("worst_rigid_mm", round(max(r["rigid_mm"] for r in robots), 2))
+    print("rigid_within_3_mm", sum(r["rigid_mm"] <= 3 for r in robots))
+    print("tops_mm", round(statistics.median(r["tops_mm"] for r in robots), 2))
+    print("scale_chi_squared", round(sum((r["scale_percent"] / r["scale_sigma_percent"]) ** 2 for r in robots), 1))
+    print("worst_scale_sigmas", round(max(abs(r["scale_percent"] / r["scale_sigma_percent"]) for r in robots), 1))
+    print("scale_percent", round(statistics.median(abs(r["scale_percent"]) for r in robots), 2))
+    print("scale_sigma_percent", round(statistics.median(r["scale_sigma_percent"] for r in robots), 2))
     print("ratio", round(statistics.median(r["own_mm"] / r["true_mm"] for r in robots), 2))
 
 
 if __name__ == "__main__":
-    main()
+    tape(sys.argv[2], int(sys.argv[3])) if sys.argv[1] == "--tape" else main()

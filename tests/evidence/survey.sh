@@ -4,7 +4,8 @@
 also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py tests/evidence/move_landmarks.py)
 . "$(dirname "$0")/common.sh"
 
-# The robots and their drives are those of first-day.sh, where it has rendered them for these sources.
+# The robots and their drives are those of first-day.sh, where it has rendered them for these sources, or those of the folder
+# TWOCONE_RENDERED_ROBOTS.
 rendered=${TWOCONE_FIRST_DAY_ROBOTS:-10}
 # surveyed FROM FOLDER: surveys the first drive with the calibrated rig, and localises a later drive on that map and on the true one.
 surveyed() {
@@ -23,17 +24,36 @@ moved() {
   tests/evidence/move_landmarks.py "$1/calibrated.yaml" "$1/believed.map.yaml" "$2" "$3" >"$2.moved" || return 1
   "$twocone" survey "$1/drive" --robot "$2.yaml" --out "$2.out.yaml" --refine --force >"$2.txt"
 }
+# free KIND FROM FOLDER SEED: surveys a drive with a rig that a ruler measured and a camera whose direction nobody knows. KIND says
+# what gives the scale: the mirrors' separation and the wheels (free), one of the two alone, or a distance by tape.
+free() {
+  local kind=$1 from=$2 folder=$3 distance=()
+  rm -rf "$folder"
+  mkdir -p "$folder"
+  cp "$from/built.map.yaml" "$folder/"
+  sed "s#^map: #map: $from/#" "$from/believed.yaml" >"$folder/believed.yaml"
+  case $kind in
+    separation) sed -i "/^  sigma:/,/^[a-z]/ s/ wheel_radius_m: .*/ wheel_radius_m: 0.02/" "$folder/believed.yaml" ;;
+    wheels) sed -i "/^  sigma:/,/^[a-z]/ s/ mirror_separation_m: .*/ mirror_separation_m: 0.05/" "$folder/believed.yaml" ;;
+    tape) read -ra distance <<<"--distance $(tests/evidence/survey.py --tape "$work/free/$(basename "$folder")" "$4")" ;;
+  esac
+  "$twocone" survey "$from/drive" --robot "$folder/believed.yaml" --calibrate "$folder/rig.yaml" --out "$folder/survey.yaml" "${distance[@]}"
+}
 cases=0 right=0 missed=0 wrong=0
 inside=() beyond=()
 for seed in $(seq 1 "$rendered"); do
   for robot in lab hall workshop; do
     name=${robot}_$seed
-    from=$(dirname "$work")/first-day/robots/$name
+    from=${TWOCONE_RENDERED_ROBOTS:-$(dirname "$work")/first-day/robots}/$name
     if [ ! -f "$from/calibrated.yaml" ]; then
       from=$work/robots/$name
       step "robot_$name" tests/evidence/robot_as_built.sh "$twocone" "robots/${robot}_sim.yaml" "$seed" "$from"
     fi
     step "survey_$name" surveyed "$from" "$work/surveys/$name"
+    for kind in free tape separation wheels; do
+      if [[ $kind = separation || $kind = wheels ]] && ((seed % 2)); then continue; fi
+      step "${kind}_$name" free "$kind" "$from" "$work/$kind/$name" "$seed"
+    done
     if [ "$robot" = lab ]; then
       for case in 1 2 3 4 5; do
         stem=$work/moved/${name}_$case
@@ -67,6 +87,33 @@ for kind in "inside 2" "beyond 3"; do
     "$(holds "$(of "$name" freedom) + 0 > 0 && ($(of "$name" chi_squared) - $(of "$name" freedom)) ^ 2 <= 6.66 * 2 * $(of "$name" freedom)")"
   row "the same: mean error of fixes on the own map, over that on the true map, median of the robots" "$(of "$name" ratio)" "at most 1.2" \
     "$(holds "\"$(of "$name" ratio)\" ~ /[0-9]/ && $(of "$name" ratio) + 0 <= 1.2")"
+done
+for kind in free tape separation wheels; do
+  mapfile -t folders < <(ls -d "$work/$kind"/* 2>/dev/null)
+  figures "$kind" "${folders[@]}"
+  case $kind in
+    free) what="the separation of the mirrors to 3 mm and wheels to 3 %" ;;
+    tape) what="a distance of 3 m by tape to 2 mm besides" ;;
+    separation) what="the separation of the mirrors to 3 mm alone" ;;
+    wheels) what="wheels to 3 % alone" ;;
+  esac
+  row "surveys that find the rig, too, from one measured by ruler with cameras turned by an unknown angle; scale by $what; $(of "$kind" robots): landmarks found" \
+    "$(of "$kind" found) of $(of "$kind" landmarks), $(of "$kind" ghosts) that are none" "all, and none that is none" \
+    "$(holds "\"$(of "$kind" found)\" != \"\" && \"$(of "$kind" found)\" == \"$(of "$kind" landmarks)\" && \"$(of "$kind" ghosts)\" == \"0\"")"
+  row "the same: landmarks after similarity alignment, rms of a robot" \
+    "median $(of "$kind" similarity_mm) mm, worst $(of "$kind" worst_mm) mm; at most 3 mm in $(of "$kind" within_3_mm)" "at most 3 mm in each" \
+    "$(holds "\"$(of "$kind" worst_mm)\" ~ /[0-9]/ && $(of "$kind" worst_mm) + 0 <= 3")"
+  if [ "$kind" = tape ]; then
+    row "the same: landmarks after rigid alignment" \
+      "median $(of tape rigid_mm) mm, worst $(of tape worst_rigid_mm) mm; at most 3 mm in $(of tape rigid_within_3_mm)" "at most 3 mm in each" \
+      "$(holds "\"$(of tape worst_rigid_mm)\" ~ /[0-9]/ && $(of tape worst_rigid_mm) + 0 <= 3")"
+  fi
+  robots=$(of "$kind" robots)
+  robots=${robots%% *}
+  row "the same: scale, chi-squared of its errors over the stated sigmas" \
+    "$(of "$kind" scale_chi_squared) of ${robots:-0} robots, worst $(of "$kind" worst_scale_sigmas) sigma; median error $(of "$kind" scale_percent) %, sigma $(of "$kind" scale_sigma_percent) %" \
+    "within its 99 % band" "$(holds "${robots:-0} > 0 && ($(of "$kind" scale_chi_squared) + 0 - ${robots:-0}) ^ 2 <= 6.66 * 2 * ${robots:-0}")"
+  block "Robots: scale by $what" "$(cat "$work/$kind.robots")"
 done
 row "maps measured by tape (5 mm), one or two of six landmarks moved by 50 mm since, $cases cases" \
   "all right in $right; $missed moved ones not named, $wrong named that were not moved" "all named, and none that was not moved" \
