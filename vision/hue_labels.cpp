@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "base/errors.h"
 
@@ -37,6 +39,22 @@ double saturation(const std::array<double, 3>& rgb) {
 }
 
 double hue_rad(const std::array<double, 3>& rgb) { return saturation(rgb) > 0 ? hue_of(rgb[0], rgb[1], rgb[2]) : 0; }
+
+std::string_view hue_name(const std::array<double, 3>& colour) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const double hue = std::fmod(hue_rad(colour) * kDegrees + 360, 360);
+  // Upper ends, in linear light: an orange of sRGB has 22 degrees there.
+  constexpr std::array<std::pair<double, std::string_view>, 9> kNames{{{12, "red"},
+                                                                       {40, "orange"},
+                                                                       {75, "yellow"},
+                                                                       {165, "green"},
+                                                                       {200, "cyan"},
+                                                                       {260, "blue"},
+                                                                       {285, "violet"},
+                                                                       {345, "magenta"},
+                                                                       {360.1, "red"}}};
+  return std::ranges::find_if(kNames, [hue](const auto& name) { return hue < name.first; })->second;
+}
 
 double hue_distance_rad(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   return hue_distance(hue_rad(a), hue_rad(b));

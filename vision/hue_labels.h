@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,6 +20,8 @@ double saturation(const std::array<double, 3>& rgb);
 /// Returns the hexagonal hue of a colour in linear light (as in HSV: red 0, green 120 degrees), in [-pi/3, 5 pi/3).
 /// Grey counts as red.
 double hue_rad(const std::array<double, 3>& rgb);
+/// Returns the name of a hue in English, such as red, of a colour in linear light.
+std::string_view hue_name(const std::array<double, 3>& rgb);
 /// Returns the angle between the hexagonal hues of two colours in linear light (hue as in HSV), 0 to pi. Grey counts as
 /// red.
 double hue_distance_rad(const std::array<double, 3>& a, const std::array<double, 3>& b);

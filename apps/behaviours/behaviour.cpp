@@ -52,7 +52,12 @@ double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
 Motion Still::decide(const localisation::Pose& /*believed*/, double /*step_s*/) { return {}; }
 
 Wander::Wander(const Body& body, Arena arena, std::uint64_t seed)
-    : body_(body), arena_(std::move(arena)), random_(seed) {}
+    : body_(body), arena_(std::move(arena)), discs_of_map_(arena_.discs.size()), random_(seed) {}
+
+void Wander::avoid(std::vector<Disc> found) {
+  arena_.discs.resize(discs_of_map_);
+  arena_.discs.insert(arena_.discs.end(), found.begin(), found.end());
+}
 
 bool Wander::is_blocked(const localisation::Pose& believed) const {
   const Eigen::Vector2d here(believed.x_m, believed.y_m);

@@ -38,6 +38,8 @@ class Behaviour {
   /// @param believed world frame
   /// @param step_s time since the last decision, > 0
   virtual Motion decide(const localisation::Pose& believed, double step_s) = 0;
+  /// Replaces the obstacles that were found on the way, besides those of the map.
+  virtual void avoid(std::vector<Disc> /*found*/) {}
 };
 
 /// The limits of the body.
@@ -72,12 +74,14 @@ class Wander final : public Behaviour {
 
   Wander(const Body& body, Arena arena, std::uint64_t seed);
   Motion decide(const localisation::Pose& believed, double step_s) override;
+  void avoid(std::vector<Disc> found) override;
 
  private:
   [[nodiscard]] bool is_blocked(const localisation::Pose& believed) const;
 
   Body body_;
   Arena arena_;
+  std::size_t discs_of_map_;
   std::mt19937_64 random_;
   double turn_left_s_ = 0;  ///< remaining time of the present turn
   double side_ = 0;         ///< +1 left, -1 right, 0 not turning

@@ -73,21 +73,6 @@ std::vector<std::size_t> wanted_of(const config::Robot& robot, const config::Map
                           fmt::join(unknown, ", "), map.file.string(), fmt::join(names, ", "));
 }
 
-/// Returns the pixels of `image` as rgb, without a copy if they are rgb already. Otherwise `converted` owns the pixels.
-Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Image& converted) {
-  if (image.width_px != wanted.width || image.height_px != wanted.height) {
-    return Error(ErrorCode::kBadData, "the {} image has {} x {} pixels, the robot file says {} x {}", view,
-                 image.width_px, image.height_px, wanted.width, wanted.height);
-  }
-  if (image.format == PixelFormat::kRgb8 && image.bytes.size() == 3 * std::size_t(wanted.area())) {
-    return as_mat(image);
-  }
-  auto rgb = to_rgb8(image);
-  if (!rgb) return with_name(view, rgb.error());
-  converted = std::move(*rgb);
-  return as_mat(converted);
-}
-
 bool is_outside(const config::Bounds& bounds, const std::optional<Eigen::Vector2d>& position_m,
                 const std::optional<Eigen::Matrix3d>& covariance) {
   if (!position_m || !covariance) return false;

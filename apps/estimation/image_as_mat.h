@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "hal/image.h"
+#include "hal/result.h"
 
 namespace twocone::estimation {
 
@@ -25,5 +26,9 @@ inline Image as_image(const cv::Mat& rgb) {
   rgb.copyTo(pixels);
   return image;
 }
+
+/// Returns the pixels of a camera's image as rgb, without a copy if they are rgb already. Otherwise `converted` owns
+/// the pixels. Errors: kBadData for another size than `wanted`, a wrong number of bytes, damaged JPEG data.
+Result<cv::Mat> as_rgb(const Image& image, cv::Size wanted, const char* view, Image& converted);
 
 }  // namespace twocone::estimation

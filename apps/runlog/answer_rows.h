@@ -20,6 +20,7 @@ struct AnswerRows {
   std::vector<RangeRow> ranges;
   std::vector<FixRow> fixes;  ///< one, or two for an ambiguous frame
   std::vector<SightingRow> sightings;
+  std::vector<LandmarkRow> landmarks{};
   /// The time and work for the answer.
   std::optional<TimingRow> timing{};
   /// The result of the track (track.h); estimate.tum is written from it too.

@@ -50,6 +50,7 @@ struct RunInfo {
   int frames_wanted = 0;
   bool truth = false;      ///< RunOptions::truth
   bool real_time = false;  ///< RunOptions::real_time
+  bool maps = false;       ///< RunOptions::maps
   /// What rendered the images: "native", "native unchecked" (it was not compared with POV-Ray) or "povray". Empty: on
   /// hardware, in a served world, and before the first image.
   std::string renderer{};
@@ -115,6 +116,17 @@ struct SightingRow {
   double column_px = 0, row_px = 0;  ///< of the near point of the landmark's top
   double var_column_px2 = 0, cov_px2 = 0, var_row_px2 = 0;
   std::optional<double> edge_noise_px;  ///< of the outline's position, per pixel of its length; none: not measured
+};
+
+/// A row of landmarks.csv: a landmark that a run without a map of landmarks has found until then. Other runs have no
+/// such file.
+struct LandmarkRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  std::string landmark;  ///< by hue and number: red.1
+  double x_m = 0, y_m = 0, top_m = 0, radius_m = 0;
+  double var_x_m2 = 0, cov_xy_m2 = 0, var_y_m2 = 0, sigma_top_m = 0, sigma_radius_m = 0;
+  std::uint64_t sightings = 0;  ///< number of frames that showed it
 };
 
 /// A row of fixes.csv.

@@ -45,6 +45,8 @@ void AnswerTables::add(const AnswerRows& rows) {
   for (const FixRow& row : rows.fixes) fixes_.add(to_line(row));
   if (!rows.sightings.empty() && !sightings_) sightings_ = table<SightingRow>(folder_ / "sightings.csv", old_);
   for (const SightingRow& row : rows.sightings) sightings_->add(to_line(row));
+  if (!rows.landmarks.empty() && !landmarks_) landmarks_ = table<LandmarkRow>(folder_ / "landmarks.csv", old_);
+  for (const LandmarkRow& row : rows.landmarks) landmarks_->add(to_line(row));
   if (rows.timing) timing_.add(to_line(*rows.timing), Equal::kNot);
   if (!rows.track) return;
   track_.add(to_line(*rows.track));

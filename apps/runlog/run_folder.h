@@ -55,6 +55,7 @@ class AnswerTables {
   OldLines old_;
   LineFile ranges_, fixes_, timing_, estimate_, track_;
   std::optional<LineFile> sightings_;  ///< exists after the first frame with a sighting
+  std::optional<LineFile> landmarks_;  ///< exists after the first frame with one
 };
 
 /// Writes a run folder frame by frame and holds its lock. A frame's row in frames.csv is written last, so every frame

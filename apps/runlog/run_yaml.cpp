@@ -143,6 +143,7 @@ void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::R
   put("frames_wanted", info.frames_wanted);
   if (info.truth) put("truth", true);
   if (info.real_time) put("real_time", true);
+  if (info.maps) put("landmarks", "none");
   if (!info.renderer.empty()) put("renderer", info.renderer);
   if (!info.scene_files.empty()) {
     out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
@@ -228,6 +229,7 @@ RunYaml read_run_yaml(const fs::path& folder) {
   run.info.frames_wanted = field<int>(node, "frames_wanted", file);
   if (node["renderer"]) run.info.renderer = field<std::string>(node, "renderer", file);
   if (node["truth"]) run.info.truth = field<bool>(node, "truth", file);
+  run.info.maps = bool(node["landmarks"]);
   if (node["real_time"]) run.info.real_time = field<bool>(node, "real_time", file);
   // Runs on hardware and runs of older versions lack this key.
   if (node["scene_files"]) {

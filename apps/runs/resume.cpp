@@ -71,6 +71,7 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
   again.seed = run.info.seed;
   again.truth = run.info.truth;
   again.real_time = run.info.real_time;
+  again.maps = run.info.maps;
   again.rendered_before = run.info.renderer;
   // An image of another renderer would give other rows, and the run would be rejected. Before there was another one,
   // all images were POV-Ray's.

@@ -43,6 +43,19 @@ double cpu_seconds(int of) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
+config::Map without_landmarks(config::Map map) {
+  map.landmarks.clear();
+  return map;
+}
+
+std::vector<Disc> discs_of(const std::vector<estimation::MappedLandmark>& found) {
+  std::vector<Disc> discs;
+  for (const estimation::MappedLandmark& l : found) {
+    discs.push_back({{l.landmark.x_m, l.landmark.y_m}, l.landmark.radius_m});
+  }
+  return discs;
+}
+
 /// Performs one run, from opening the robot to writing the last table.
 class Loop {
  public:
@@ -54,8 +67,9 @@ class Loop {
         progress_(progress),
         stop_(stop),
         record_(robot, map, options),
-        steering_(robot, map, options.behaviour, options.seed, [this](const auto& event) { record_.note(event); }),
-        answers_(robot, map, options.method) {
+        steering_(robot, options.maps ? without_landmarks(map) : map, options.behaviour, options.seed,
+                  [this](const auto& event) { record_.note(event); }),
+        answers_(robot, map, options.method, options.maps) {
     if (!answers_.why_no_baseline().empty()) record_.note("no baseline: " + answers_.why_no_baseline());
   }
 
@@ -217,10 +231,10 @@ class Loop {
     if (record_.frames() == 0) {
       if (auto checked = check_first(*lower, *upper); !checked) return checked;
     }
-    const auto fix = answers_.answer(*lower, *upper, record);
-    if (!fix) return failed(fix.error());
+    const auto position_m = answers_.answer(*lower, *upper, record);
+    if (!position_m) return failed(position_m.error());
     // The search takes as long as many frames, so that it is made once, where the rig may be the reason.
-    if (record_.frames() == 0 && (!rim_warnings_.empty() || !is_place(*fix))) {
+    if (record_.frames() == 0 && (!rim_warnings_.empty() || !*position_m)) {
       rig_warning_ = std::async(std::launch::async, [this, lower = *lower, upper = *upper] {
         return rig_warning(robot_, map_, lower, upper);
       });
@@ -228,7 +242,8 @@ class Loop {
     tell_of_rig(waits_for_program_ ? kWait : kIfReady);
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
-    if (is_place(*fix)) steering_.add_fix(record.frame.frame, *fix->position_m);
+    if (*position_m) steering_.add_fix(record.frame.frame, **position_m);
+    if (options_.maps) steering_.avoid(discs_of(answers_.found()));
     finished.record = std::move(record);
     record_.add(std::move(finished));
     return {};

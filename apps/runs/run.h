@@ -33,6 +33,7 @@ struct RunOptions {
   /// The renderer of a simulation; none: the map's.
   std::optional<sim_povray::RendererKind> renderer{};
   std::string rendered_before{};  ///< RunInfo::renderer of a run that is resumed
+  bool maps = false;       ///< the map's landmarks are not used: they are found on the way (estimation/mapping.h)
   bool real_time = false;  ///< paces the simulated world by the wall clock; an event states how many frames were late
   bool truth = false;      ///< also stores what each pixel shows (runlog::write_truth); needs the native renderer
   /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <Eigen/Core>
 #include <Eigen/LU>
 
@@ -209,7 +210,7 @@ Result<RoughMap> find_bearing_map(const runlog::RunData& run, const calibrate::C
     }
     if (tops_m.empty()) continue;
     const Eigen::Vector3d& c = colours[hue];
-    map.landmarks.push_back({.name = hue_name({c.x(), c.y(), c.z()}) + ".1",
+    map.landmarks.push_back({.name = fmt::format("{}.1", vision::hue_name({c.x(), c.y(), c.z()})),
                              .colour = {c.x(), c.y(), c.z()},
                              .x_m = placed.place_m.x(),
                              .y_m = placed.place_m.y(),

@@ -162,9 +162,7 @@ class Differences {
 /// Returns the landmarks with the colours of the surveyed ones of their hue.
 std::vector<Landmark> with_colours_of(std::vector<Landmark> landmarks, const std::vector<Landmark>& surveyed) {
   for (Landmark& landmark : landmarks) {
-    const auto apart = [&](const Landmark& other) {
-      return std::abs(localisation::wrap_angle_rad(vision::hue_rad(other.colour) - vision::hue_rad(landmark.colour)));
-    };
+    const auto apart = [&](const Landmark& other) { return vision::hue_distance_rad(other.colour, landmark.colour); };
     const auto nearest = std::ranges::min_element(surveyed, {}, apart);
     if (nearest != surveyed.end() && apart(*nearest) < kSameHue_rad) landmark.colour = nearest->colour;
   }

@@ -173,7 +173,7 @@ Landmark to_landmark(const localisation::FoundLandmark& found, const std::vector
                     .y_m = found.numbers[vision::kPlaceY],
                     .radius_m = radii_m.empty() ? found.numbers[vision::kRadius] : base::quantile(radii_m, kWidest),
                     .top_m = found.numbers[vision::kTop]};
-  if (found.sightings >= kLeastSightings) landmark.name = hue_name(landmark.colour);
+  if (found.sightings >= kLeastSightings) landmark.name = std::string(vision::hue_name(landmark.colour));
   return landmark;
 }
 
@@ -182,22 +182,6 @@ Landmark to_landmark(const localisation::FoundLandmark& found, const std::vector
 config::BeliefErrors errors_without_landmarks(const config::Robot& robot, config::Map map) {
   map.landmarks.clear();
   return config::to_belief_errors(robot, map);
-}
-
-std::string hue_name(const std::array<double, 3>& colour) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
-  const double hue = std::fmod(vision::hue_rad(colour) * kDegrees + 360, 360);
-  // Upper ends, in linear light: an orange of sRGB has 22 degrees there.
-  constexpr std::array<std::pair<double, std::string_view>, 9> kNames{{{12, "red"},
-                                                                       {40, "orange"},
-                                                                       {75, "yellow"},
-                                                                       {165, "green"},
-                                                                       {200, "cyan"},
-                                                                       {260, "blue"},
-                                                                       {285, "violet"},
-                                                                       {345, "magenta"},
-                                                                       {360.1, "red"}}};
-  return std::string(std::ranges::find_if(kNames, [hue](const auto& name) { return hue < name.first; })->second);
 }
 
 Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const calibrate::ChosenFrames& chosen,
@@ -220,8 +204,9 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
       const localisation::FoundLandmark& found = own->landmarks[i];
       if (found.sightings == 0 || !landmarks.back().name.empty()) continue;
       map.left_out.push_back(fmt::format("{}: something {} at ({:.2f}, {:.2f}) m was seen in {} of {} frames only",
-                                         run.folder.string(), hue_name(landmarks.back().colour), landmarks.back().x_m,
-                                         landmarks.back().y_m, found.sightings, own->poses.size()));
+                                         run.folder.string(), vision::hue_name(landmarks.back().colour),
+                                         landmarks.back().x_m, landmarks.back().y_m, found.sightings,
+                                         own->poses.size()));
     }
     Overlay overlay;
     if (&run == &runs.front()) {

@@ -27,9 +27,6 @@ struct RoughMap {
   std::vector<std::string> left_out;  ///< what was seen and is no landmark, a sentence each
 };
 
-/// Returns the name of a hue, such as red, of a colour in linear light.
-std::string hue_name(const std::array<double, 3>& colour);
-
 /// Returns how wrong rig and wheels may be, whatever the map's landmarks are.
 config::BeliefErrors errors_without_landmarks(const config::Robot& robot, config::Map map);
 

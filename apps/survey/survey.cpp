@@ -16,6 +16,7 @@
 #include "apps/survey/rough_map.h"
 #include "base/errors.h"
 #include "localisation/odometry.h"
+#include "vision/hue_labels.h"
 #include "vision/uncertain_rig.h"
 
 namespace twocone::survey {
@@ -331,7 +332,7 @@ std::optional<Error> refine(const std::vector<Landmark>& measured, const config:
     if (std::isinf(sigma.top_m)) {
       sigma.top_m = kTopSigma_m;
       sigma.radius_m = surveyed[i].sigma.radius_m;
-      landmark.name = new_name(hue_name(landmark.colour), named);
+      landmark.name = new_name(std::string(vision::hue_name(landmark.colour)), named);
       named.push_back(landmark);
     }
     if (std::isinf(sigma.x_m)) sigma.x_m = sigma.y_m = kPlaceSigma_m;

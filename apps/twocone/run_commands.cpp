@@ -33,6 +33,7 @@ struct RunArguments {
   RobotArgument robot;
   std::filesystem::path resume;  ///< run folder; empty: a new run
   std::string method;            ///< empty: the robot file's
+  std::string landmarks;         ///< none, or empty: those of the map
   std::optional<double> budget_ms;
   bool self_rig = false;
   runs::RunOptions run;
@@ -84,6 +85,7 @@ void run_with(RunArguments options) {
 
   // After a signal, the present frame is completed and the wheels stop.
   const std::atomic<bool>& stop = stop_on_signals();
+  options.run.maps = !options.landmarks.empty();
 
   {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));
@@ -232,6 +234,10 @@ void add_run(CLI::App& program) {
               "Seconds to wait for a device that fails, with the wheels stopped (real robots)",
               number_within(0, 86'400));
   add_renderer(command, options->run.renderer);
+  command
+      ->add_option("--landmarks", options->landmarks,
+                   "none: start without landmarks, whatever the map lists, and find them on the way (landmarks.csv)")
+      ->check(CLI::IsMember({"none"}));
   command->add_flag("--real-time", options->run.real_time,
                     "Pace the simulation by the wall clock, and report the frames that were late");
   command->add_flag("--self-rig", options->self_rig,

@@ -107,18 +107,6 @@ runlog::RunData drive(const TemporaryFolder& folder, const std::vector<Synthetic
   return run;
 }
 
-TEST(HueName, IsTheWordThatPeopleUse) {
-  EXPECT_EQ(hue_name({0.8, 0.02, 0.03}), "red");
-  EXPECT_EQ(hue_name({0.8, 0.03, 0.02}), "red");
-  EXPECT_EQ(hue_name({1, 0.376, 0}), "orange") << "the web's orange";
-  EXPECT_EQ(hue_name({0.6, 0.6, 0.02}), "yellow");
-  EXPECT_EQ(hue_name({0.02, 0.6, 0.02}), "green");
-  EXPECT_EQ(hue_name({0.02, 0.6, 0.6}), "cyan");
-  EXPECT_EQ(hue_name({0.02, 0.02, 0.6}), "blue");
-  EXPECT_EQ(hue_name({0.3, 0.02, 0.8}), "violet");
-  EXPECT_EQ(hue_name({0.6, 0.02, 0.6}), "magenta");
-}
-
 /// Catches landmarks that are found twice or not at all, and a person who becomes a landmark.
 void expect_each_once(const Report& report) {
   std::vector<std::string> names;

@@ -62,5 +62,17 @@ TEST(HueLabels, RefusesColoursWithoutHue) {
   EXPECT_THROW(HueLabels({{std::numeric_limits<double>::quiet_NaN(), 0, 1}}), std::invalid_argument);
 }
 
+TEST(HueName, IsTheWordThatPeopleUse) {
+  EXPECT_EQ(hue_name({0.8, 0.02, 0.03}), "red");
+  EXPECT_EQ(hue_name({0.8, 0.03, 0.02}), "red");
+  EXPECT_EQ(hue_name({1, 0.376, 0}), "orange") << "the web's orange";
+  EXPECT_EQ(hue_name({0.6, 0.6, 0.02}), "yellow");
+  EXPECT_EQ(hue_name({0.02, 0.6, 0.02}), "green");
+  EXPECT_EQ(hue_name({0.02, 0.6, 0.6}), "cyan");
+  EXPECT_EQ(hue_name({0.02, 0.02, 0.6}), "blue");
+  EXPECT_EQ(hue_name({0.3, 0.02, 0.8}), "violet");
+  EXPECT_EQ(hue_name({0.6, 0.02, 0.6}), "magenta");
+}
+
 }  // namespace
 }  // namespace twocone::vision

@@ -9,8 +9,8 @@
 namespace twocone::runlog {
 
 /// The files of a method's results, in methods/NAME/ and at the top of the run folder. Not every method makes all.
-inline constexpr std::array kResultFiles{"ranges.csv",   "fixes.csv", "sightings.csv", "timing.csv",
-                                         "estimate.tum", "track.csv", "summary.json"};
+inline constexpr std::array kResultFiles{"ranges.csv", "fixes.csv",    "sightings.csv", "landmarks.csv",
+                                         "timing.csv", "estimate.tum", "track.csv",     "summary.json"};
 
 /// States whether results are also copied to the top of the folder, which holds those of the method requested last.
 enum class OnTop { kNo, kYes };

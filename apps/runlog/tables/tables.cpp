@@ -35,6 +35,8 @@ TWOCONE_COLUMNS(FixRow, frame, t_s, verdict, x_m, y_m, heading_rad, var_x_m2, co
                 unseen_heading, own_var_x_m2, own_cov_xy_m2, own_var_y_m2, own_var_heading_rad2);
 TWOCONE_COLUMNS(SightingRow, frame, t_s, landmark, view, column_px, row_px, var_column_px2, cov_px2, var_row_px2,
                 edge_noise_px);
+TWOCONE_COLUMNS(LandmarkRow, frame, t_s, landmark, x_m, y_m, top_m, radius_m, var_x_m2, cov_xy_m2, var_y_m2,
+                sigma_top_m, sigma_radius_m, sightings);
 TWOCONE_COLUMNS(TimingRow, frame, t_s, vision_s, localisation_s, wall_s, refined, verdict);
 TWOCONE_COLUMNS(TrackRow, frame, t_s, state, x_m, y_m, heading_rad, var_x_m2, cov_xy_m2, var_y_m2, cov_x_heading_m_rad,
                 cov_y_heading_m_rad, var_heading_rad2, fix, use);
@@ -185,6 +187,7 @@ template class TableReader<DriveRow>;
 template class TableReader<RangeRow>;
 template class TableReader<FixRow>;
 template class TableReader<SightingRow>;
+template class TableReader<LandmarkRow>;
 template class TableReader<TimingRow>;
 template class TableReader<TrackRow>;
 

@@ -8,10 +8,34 @@ namespace twocone::runs {
 
 using estimation::Method;
 
-FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, Method method)
+namespace {
+
+// Frames from one entry of the growing map to the next.
+constexpr std::uint64_t kMapEvery = 15;
+
+config::Map with_landmarks_if(bool keeps, config::Map map) {
+  if (!keeps) map.landmarks.clear();
+  if (!keeps) map.without_sigma.clear();
+  return map;
+}
+
+config::Robot with_choice_if(bool keeps, config::Robot robot) {
+  if (!keeps) robot.estimator.landmarks.clear();
+  return robot;
+}
+
+}  // namespace
+
+FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, Method method, bool maps)
     : robot_(robot),
-      map_(map),
-      chain_{method, estimation::Estimator(method, robot, map), estimation::Track(method, robot, map)} {
+      map_(with_landmarks_if(!maps, map)),
+      chain_{method, estimation::Estimator(method, with_choice_if(!maps, robot), map_),
+             estimation::Track(method, robot, map_)} {
+  if (maps) {
+    mapping_.emplace(robot, map);
+    why_no_baseline_ = "method paper needs a map of landmarks";
+    return;
+  }
   if (method == Method::kPaper) return;
   try {
     baseline_.emplace(Chain{Method::kPaper, estimation::Estimator(Method::kPaper, robot, map),
@@ -21,10 +45,14 @@ FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, M
   }
 }
 
+std::optional<vision::FrameMotion> FrameAnswers::motion_of(const runlog::FrameRecord& record) const {
+  const auto twist = last_drive_ ? runlog::twist_between(robot_, *last_drive_, record.drive) : std::nullopt;
+  return vision::frame_motion(twist, record.frame.skew_s);
+}
+
 Result<localisation::Fix> FrameAnswers::answer(Chain& chain, const Image& lower, const Image& upper,
                                                const runlog::FrameRecord& record, runlog::AnswerRows& rows) const {
-  const auto twist = last_drive_ ? runlog::twist_between(robot_, *last_drive_, record.drive) : std::nullopt;
-  const auto answer = chain.estimator.answer(lower, upper, vision::frame_motion(twist, record.frame.skew_s));
+  const auto answer = chain.estimator.answer(lower, upper, motion_of(record));
   if (!answer) return answer.error();
   const std::uint64_t frame = record.frame.frame;
   const double t_s = record.frame.t_s;
@@ -36,16 +64,56 @@ Result<localisation::Fix> FrameAnswers::answer(Chain& chain, const Image& lower,
   return answer->fix;
 }
 
-Result<localisation::Fix> FrameAnswers::answer(const Image& lower, const Image& upper, runlog::FrameRecord& record) {
-  auto fix = answer(chain_, lower, upper, record, record.answer);
-  if (!fix) return fix;
+std::vector<estimation::MappedLandmark> FrameAnswers::found() const {
+  return mapping_ ? mapping_->landmarks() : std::vector<estimation::MappedLandmark>();
+}
+
+Result<std::optional<Eigen::Vector2d>> FrameAnswers::map_on(const Image& lower, const Image& upper,
+                                                            runlog::FrameRecord& record) {
+  const runlog::DriveRow& drive = record.drive;
+  const auto mapped = mapping_->answer(lower, upper, motion_of(record), drive.t_s, drive.left_rad, drive.right_rad);
+  if (!mapped) return mapped.error();
+  const std::uint64_t frame = record.frame.frame;
+  const double t_s = record.frame.t_s;
+  record.answer.track = runlog::to_row(frame, record.odometry.t_s, {}, mapped->track);
+  record.answer.timing = runlog::to_row(frame, t_s, mapped->timing, false);
+  if (frame % kMapEvery != 0) return mapped->track.position_m;
+  for (const estimation::MappedLandmark& found : mapping_->landmarks()) {
+    const Landmark& l = found.landmark;
+    record.answer.landmarks.push_back({.frame = frame,
+                                       .t_s = t_s,
+                                       .landmark = found.name,
+                                       .x_m = l.x_m,
+                                       .y_m = l.y_m,
+                                       .top_m = l.top_m,
+                                       .radius_m = l.radius_m,
+                                       .var_x_m2 = found.place_m2(0, 0),
+                                       .cov_xy_m2 = found.place_m2(0, 1),
+                                       .var_y_m2 = found.place_m2(1, 1),
+                                       .sigma_top_m = l.sigma.top_m,
+                                       .sigma_radius_m = l.sigma.radius_m,
+                                       .sightings = found.sightings});
+  }
+  return mapped->track.position_m;
+}
+
+Result<std::optional<Eigen::Vector2d>> FrameAnswers::answer(const Image& lower, const Image& upper,
+                                                            runlog::FrameRecord& record) {
+  const auto fix = answer(chain_, lower, upper, record, record.answer);
+  if (!fix) return fix.error();
+  std::optional<Eigen::Vector2d> position_m = is_place(*fix) ? fix->position_m : std::nullopt;
+  if (mapping_) {
+    const auto mapped = map_on(lower, upper, record);
+    if (!mapped) return mapped.error();
+    position_m = *mapped;
+  }
   timing_.push_back(*record.answer.timing);
   if (baseline_) {
     const auto baseline = answer(*baseline_, lower, upper, record, baseline_rows_.emplace_back());
     if (!baseline) return baseline.error();
   }
   last_drive_ = record.drive;
-  return fix;
+  return position_m;
 }
 
 std::optional<std::string> FrameAnswers::over_budget() const {

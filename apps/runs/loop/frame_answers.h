@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/estimation/estimator.h"
+#include "apps/estimation/mapping.h"
 #include "apps/estimation/track.h"
 #include "apps/runlog/run_folder.h"
 
@@ -15,16 +16,20 @@ namespace twocone::runs {
 class FrameAnswers {
  public:
   /// @throws config::FileError for a robot or map that the run's method cannot use
-  FrameAnswers(const config::Robot& robot, const config::Map& map, estimation::Method method);
+  /// @param maps the map's landmarks are not used, but found on the way; there is no baseline then
+  FrameAnswers(const config::Robot& robot, const config::Map& map, estimation::Method method, bool maps = false);
 
   /// Returns why method `paper` cannot be the baseline. Empty: it can, or it is the run's method itself.
   [[nodiscard]] const std::string& why_no_baseline() const { return why_no_baseline_; }
 
-  /// Fills in record.answer. Requires the frames in order. Errors: those of Estimator::answer
-  Result<localisation::Fix> answer(const Image& lower, const Image& upper, runlog::FrameRecord& record);
+  /// Fills in record.answer. Requires the frames in order. Returns the position by which to steer, if there is one.
+  /// Errors: those of Estimator::answer
+  Result<std::optional<Eigen::Vector2d>> answer(const Image& lower, const Image& upper, runlog::FrameRecord& record);
 
   /// Returns the baseline's answers so far.
   [[nodiscard]] const std::vector<runlog::AnswerRows>& baseline() const { return baseline_rows_; }
+  /// Returns the landmarks that were found on the way.
+  [[nodiscard]] std::vector<estimation::MappedLandmark> found() const;
   /// Returns a sentence about the frames that took longer than their time budget, or nothing if there are none.
   [[nodiscard]] std::optional<std::string> over_budget() const;
 
@@ -34,12 +39,15 @@ class FrameAnswers {
     estimation::Estimator estimator;
     estimation::Track track;
   };
+  [[nodiscard]] std::optional<vision::FrameMotion> motion_of(const runlog::FrameRecord& record) const;
+  Result<std::optional<Eigen::Vector2d>> map_on(const Image& lower, const Image& upper, runlog::FrameRecord& record);
   Result<localisation::Fix> answer(Chain& chain, const Image& lower, const Image& upper,
                                    const runlog::FrameRecord& record, runlog::AnswerRows& rows) const;
 
   const config::Robot& robot_;
-  const config::Map& map_;
+  const config::Map map_;  ///< without landmarks where they are found on the way
   Chain chain_;
+  std::optional<estimation::Mapping> mapping_;
   std::optional<Chain> baseline_;
   std::string why_no_baseline_;
   std::vector<runlog::AnswerRows> baseline_rows_;

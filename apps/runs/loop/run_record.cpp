@@ -48,6 +48,7 @@ RunRecord::RunRecord(const config::Robot& robot, const config::Map& map, const R
   info_.frames_wanted = options.frames;
   info_.truth = options.truth;
   info_.real_time = options.real_time;
+  info_.maps = options.maps;
 }
 
 RunRecord::~RunRecord() {

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/estimation/mapping.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "apps/config/yaml/text_file.h"
+#include "apps/estimation/image_as_mat.h"
+#include "localisation/odometry.h"
+#include "vision/hue_labels.h"
+
+namespace twocone::estimation {
+namespace {
+
+// The outlines are measured with tops, radii and their sigmas of this number of frames ago, or newer ones.
+constexpr std::size_t kRenewedEvery = 15;
+// A rough thing within this share of its range, or this far, of a settled landmark of its hue is that landmark.
+constexpr double kSameShare = 0.25;
+constexpr double kSame_m = 0.5;
+// Outlines of one landmark share an error over many frames: its light, and what is beside it. So one frame counts less
+// than its noise alone says.
+constexpr double kSharedError_px = 0.25;
+// A landmark that was seen in n frames is removed when it was not seen for this number of frames and for kPatience n.
+constexpr std::size_t kLeastPatience = 60;
+constexpr std::size_t kPatience = 5;
+
+config::Map without_landmarks(config::Map map) {
+  map.landmarks.clear();
+  map.without_sigma.clear();
+  return map;
+}
+
+vision::Rig rig_of(const config::Robot& robot) {
+  try {
+    return config::to_rig(robot);
+  } catch (const std::invalid_argument& error) {
+    throw config::FileError("{}: {}", robot.file.string(), error.what());
+  }
+}
+
+}  // namespace
+
+Mapping::Mapping(const config::Robot& robot, const config::Map& map)
+    : robot_(robot),
+      map_(without_landmarks(map)),
+      rig_(rig_of(robot)),
+      errors_(config::to_belief_errors(robot, map_).vision),
+      lower_size_(robot.lower.settings.width_px, robot.lower.settings.height_px),
+      upper_size_(robot.upper.settings.width_px, robot.upper.settings.height_px),
+      filter_(rig_, errors_, config::to_wheels(robot), {}, config::to_belief_errors(robot, map_).wheels,
+              config::to_start_pose(robot)) {
+  robot_.estimator.landmarks.clear();
+}
+
+void Mapping::find_hues(const cv::Mat& lower, const cv::Mat& upper) {
+  const auto image = [](const cv::Mat& rgb, const vision::MirrorView& view) -> vision::MirrorImage {
+    return {rgb, view.settings().centre_px, view.settings().rim_radius_px};
+  };
+  const std::size_t before = colours_.size();
+  for (const Eigen::Vector3d& colour : vision::find_hues({image(lower, rig_.lower), image(upper, rig_.upper)})) {
+    const auto is_known = [&](const Eigen::Vector3d& known) {
+      return vision::hue_distance_rad({known.x(), known.y(), known.z()}, {colour.x(), colour.y(), colour.z()}) <
+             vision::HueLabels::kHueWindow_rad;
+    };
+    if (std::ranges::none_of(colours_, is_known)) colours_.push_back(colour);
+  }
+  if (colours_.size() == before && search_) return;
+  search_.emplace(rig_, colours_, lower_size_, upper_size_, errors_);
+}
+
+MappedLandmark Mapping::landmark(std::size_t index) const {
+  const localisation::FoundLandmark found = filter_.landmark(index);
+  const Eigen::Vector4d sigma = found.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::Vector3d& colour = colours_[found.hue];
+  return {.name = names_[index],
+          .landmark = {.name = names_[index],
+                       .colour = {colour.x(), colour.y(), colour.z()},
+                       .x_m = found.numbers[vision::kPlaceX],
+                       .y_m = found.numbers[vision::kPlaceY],
+                       .radius_m = found.numbers[vision::kRadius],
+                       .top_m = found.numbers[vision::kTop],
+                       .sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop],
+                                 sigma[vision::kRadius]}},
+          .place_m2 = found.covariance.topLeftCorner<2, 2>(),
+          .sightings = found.sightings};
+}
+
+std::vector<MappedLandmark> Mapping::landmarks() const {
+  std::vector<MappedLandmark> landmarks;
+  for (std::size_t i = 0; i < filter_.size(); ++i) {
+    MappedLandmark found = landmark(i);
+    if (found.sightings >= kSettled) landmarks.push_back(std::move(found));
+  }
+  return landmarks;
+}
+
+void Mapping::renew_ranging() {
+  std::vector<std::size_t> settled;
+  for (std::size_t i = 0; i < filter_.size(); ++i) {
+    if (filter_.landmark(i).sightings >= kSettled) settled.push_back(i);
+  }
+  if (settled == ranged_ && ranging_ && filter_.frames() < ranging_since_ + kRenewedEvery) return;
+  ranged_ = std::move(settled);
+  ranging_since_ = filter_.frames();
+  ranging_.reset();
+  if (ranged_.empty()) return;
+  map_.landmarks.clear();
+  for (const std::size_t i : ranged_) map_.landmarks.push_back(landmark(i).landmark);
+  ranging_.emplace(rig_, config::to_targets(map_), lower_size_, upper_size_, std::vector<std::size_t>(),
+                   config::to_belief_errors(robot_, map_).vision);
+}
+
+std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const cv::Mat& upper,
+                                                     const std::optional<vision::FrameMotion>& motion) const {
+  std::vector<vision::RoughLandmark> things;
+  if (!ranging_) return things;
+  const localisation::Pose pose = filter_.pose().pose;
+  vision::ExpectedPlaces expected;
+  for (const std::size_t i : ranged_) {
+    expected.emplace_back(localisation::in_body(pose, filter_.landmark(i).numbers.head<2>()));
+  }
+  const auto measurements = ranging_->measure(lower, upper, motion, expected);
+  for (std::size_t k = 0; k < measurements.size(); ++k) {
+    const vision::RangeMeasurement& m = measurements[k];
+    if (m.verdict != vision::RangeVerdict::kOk || !m.lower_sighting || !m.upper_sighting || !m.bearing_rad) continue;
+    const localisation::FoundLandmark known = filter_.landmark(ranged_[k]);
+    vision::RoughLandmark thing{.hue = known.hue,
+                                .views = {*m.lower_sighting, *m.upper_sighting},
+                                .range_m = *m.range_m,
+                                .bearing_rad = *m.bearing_rad,
+                                .top_m = known.numbers[vision::kTop],
+                                .radius_m = known.numbers[vision::kRadius]};
+    const Landmark there{.radius_m = thing.radius_m, .top_m = thing.top_m};
+    for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
+      vision::Sighting& seen = thing.views[std::size_t(side)];
+      seen.covariance_px2 += kSharedError_px * kSharedError_px * Eigen::Matrix2d::Identity();
+      if (!motion) continue;
+      const auto& [stamp_late_s, readout_s] = rig_.exposures[std::size_t(side)];
+      const cv::Size& size = side == vision::Side::kLower ? lower_size_ : upper_size_;
+      const double late_s = (side == vision::Side::kUpper ? motion->upper_later_s : 0) + stamp_late_s +
+                            vision::readout_share(seen, size.height) * readout_s;
+      seen.pixel_px = vision::pixel_at_frame(of_view(rig_, side), seen.pixel_px, there, motion->twist, late_s);
+    }
+    things.push_back(thing);
+  }
+  return things;
+}
+
+bool Mapping::is_settled(const vision::RoughLandmark& thing) const {
+  const localisation::Pose pose = filter_.pose().pose;
+  const Eigen::Vector2d place_m =
+      Eigen::Vector2d(pose.x_m, pose.y_m) +
+      Eigen::Rotation2Dd(pose.heading_rad + thing.bearing_rad) * Eigen::Vector2d(thing.range_m, 0);
+  const double same_m = std::max(kSame_m, kSameShare * thing.range_m);
+  return std::ranges::any_of(ranged_, [&](std::size_t i) {
+    const localisation::FoundLandmark known = filter_.landmark(i);
+    return known.hue == thing.hue && (known.numbers.head<2>() - place_m).norm() < same_m;
+  });
+}
+
+void Mapping::remove_passers() {
+  for (std::size_t i = filter_.size(); i-- > 0;) {
+    const localisation::FoundLandmark known = filter_.landmark(i);
+    const std::size_t unseen = filter_.frames() - known.last_frame;
+    if (unseen < std::max(kLeastPatience, kPatience * known.sightings)) continue;
+    filter_.remove(i);
+    names_.erase(names_.begin() + std::ptrdiff_t(i));
+  }
+}
+
+Result<MappedFrame> Mapping::answer(const Image& lower, const Image& upper,
+                                    const std::optional<vision::FrameMotion>& motion, double t_s, double left_rad,
+                                    double right_rad) {
+  const double begin_s = steady_time_s();
+  const double begin_cpu_s = thread_time_s();
+  Image lower_rgb;
+  Image upper_rgb;
+  const auto below = as_rgb(lower, lower_size_, "lower", lower_rgb);
+  if (!below) return below.error();
+  const auto above = as_rgb(upper, upper_size_, "upper", upper_rgb);
+  if (!above) return above.error();
+  filter_.predict(t_s, left_rad, right_rad);
+  if (filter_.frames() % kHuesEvery == 0) find_hues(*below, *above);
+  renew_ranging();
+  std::vector<vision::RoughLandmark> things = measured(*below, *above, motion);
+  for (vision::RoughLandmark& thing : search_->look(*below, *above, motion)) {
+    if (!is_settled(thing)) things.push_back(std::move(thing));
+  }
+  MappedFrame frame;
+  frame.timing.vision_s = thread_time_s() - begin_cpu_s;
+  (void)filter_.observe(things);
+  while (names_.size() < filter_.size()) {
+    const Eigen::Vector3d& colour = colours_[filter_.landmark(names_.size()).hue];
+    const std::string name(vision::hue_name({colour.x(), colour.y(), colour.z()}));
+    names_.push_back(fmt::format("{}.{}", name, ++numbers_[name]));
+  }
+  remove_passers();
+  const localisation::PoseEstimate pose = filter_.pose();
+  frame.track = {.use = things.empty() ? localisation::FixUse::kNoFix : localisation::FixUse::kTaken,
+                 .state = localisation::FilterState::kTracking,
+                 .position_m = Eigen::Vector2d(pose.pose.x_m, pose.pose.y_m),
+                 .heading_rad = pose.pose.heading_rad,
+                 .covariance = pose.covariance};
+  frame.timing.localisation_s = thread_time_s() - begin_cpu_s - frame.timing.vision_s;
+  frame.timing.wall_s = steady_time_s() - begin_s;
+  frame.timing.refined = int(ranged_.size());
+  return frame;
+}
+
+}  // namespace twocone::estimation

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/config/to_layers.h"
+#include "apps/estimation/estimator.h"
+#include "apps/estimation/track.h"
+#include "hal/image.h"
+#include "hal/result.h"
+#include "localisation/map_filter.h"
+#include "vision/landmark_search.h"
+#include "vision/outline_ranging.h"
+
+namespace twocone::estimation {
+
+/// A landmark that was found on the way.
+struct MappedLandmark {
+  std::string name;                                    ///< by hue and number: red.1
+  Landmark landmark;                                   ///< with the standard deviations of its numbers
+  Eigen::Matrix2d place_m2 = Eigen::Matrix2d::Zero();  ///< covariance of x and y
+  std::size_t sightings = 0;                           ///< frames that showed it
+};
+
+/// What one frame gave.
+struct MappedFrame {
+  TrackAnswer track;
+  Timing timing;
+};
+
+/// Finds landmarks and the pose from them at the same time, frame by frame, in a room of which no map lists landmarks.
+///
+/// 1. The hues that stand out in the images so far (vision/landmark_search.h), looked for again every kHuesEvery
+///    frames.
+/// 2. Things of these hues in both views, roughly; a new one becomes a landmark of the filter
+///    (localisation/map_filter.h).
+/// 3. Landmarks that kSettled frames have shown are measured by their outlines (vision/outline_ranging.h), where the
+///    filter expects them.
+/// 4. A landmark that has not been seen for long, compared with how often it was seen, is removed: it was something
+///    that passed by.
+///
+/// The world is that of the start pose, which is exact by definition. The answers depend on the images and the wheels
+/// alone.
+class Mapping {
+ public:
+  static constexpr std::size_t kHuesEvery = 10;
+  static constexpr std::size_t kSettled = 6;
+
+  /// @param map its bounds count, its landmarks do not. @throws config::FileError for a rig that the method cannot use
+  Mapping(const config::Robot& robot, const config::Map& map);
+
+  /// Answers a frame. Requires the frames in order.
+  /// @param motion of the body while the images are exposed; nothing: the robot stands
+  /// @param t_s,left_rad,right_rad the wheels' total angles at the frame's time
+  /// Errors: those of Estimator::answer
+  Result<MappedFrame> answer(const Image& lower, const Image& upper, const std::optional<vision::FrameMotion>& motion,
+                             double t_s, double left_rad, double right_rad);
+
+  /// Returns the landmarks that kSettled frames have shown.
+  [[nodiscard]] std::vector<MappedLandmark> landmarks() const;
+
+ private:
+  void find_hues(const cv::Mat& lower, const cv::Mat& upper);
+  [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
+  void renew_ranging();
+  [[nodiscard]] std::vector<vision::RoughLandmark> measured(const cv::Mat& lower, const cv::Mat& upper,
+                                                            const std::optional<vision::FrameMotion>& motion) const;
+  [[nodiscard]] bool is_settled(const vision::RoughLandmark& thing) const;
+  void remove_passers();
+
+  config::Robot robot_;
+  config::Map map_;  ///< its landmarks are those that ranging_ measures
+  vision::Rig rig_;
+  vision::BeliefErrors errors_;
+  cv::Size lower_size_, upper_size_;
+  std::vector<Eigen::Vector3d> colours_;
+  std::optional<vision::LandmarkSearch> search_;
+  localisation::MapFilter filter_;
+  std::vector<std::string> names_;      ///< of the filter's landmarks
+  std::map<std::string, int> numbers_;  ///< how many landmarks had a hue's name
+  std::optional<vision::OutlineRanging> ranging_;
+  std::vector<std::size_t> ranged_;  ///< the filter's indices of those that ranging_ measures
+  std::size_t ranging_since_ = 0;    ///< MapFilter::frames() at which it was made
+};
+
+}  // namespace twocone::estimation
