@@ -25,9 +25,11 @@ constexpr double kSameShare = 0.25;
 constexpr double kSame_m = 0.5;
 // Outlines of one landmark share an error over many frames: its light, and what is beside it. So one frame counts less
 // than its noise alone says.
-constexpr double kSharedError_px = 0.25;
-// A landmark that was seen in n frames is removed when it was not seen for this number of frames and for kPatience n.
-constexpr std::size_t kLeastPatience = 60;
+constexpr double kSharedError_px = 0.15;
+// Something that was seen in n frames is removed when it was not seen for this number of frames and for kPatience n. A
+// landmark may stand behind an obstacle for long; what is not settled yet is more often something that passed by.
+constexpr std::size_t kLeastPatience = 300;
+constexpr std::size_t kPatienceUnsettled = 60;
 constexpr std::size_t kPatience = 5;
 
 config::Map without_landmarks(config::Map map) {
@@ -168,7 +170,8 @@ void Mapping::remove_passers() {
   for (std::size_t i = filter_.size(); i-- > 0;) {
     const localisation::FoundLandmark known = filter_.landmark(i);
     const std::size_t unseen = filter_.frames() - known.last_frame;
-    if (unseen < std::max(kLeastPatience, kPatience * known.sightings)) continue;
+    const std::size_t least = known.sightings < kSettled ? kPatienceUnsettled : kLeastPatience;
+    if (unseen < std::max(least, kPatience * known.sightings)) continue;
     filter_.remove(i);
     names_.erase(names_.begin() + std::ptrdiff_t(i));
   }

@@ -89,6 +89,20 @@ TEST(Wander, LeavesAPlaceThatIsTooClose) {
   EXPECT_EQ(Wander(kBody, room(), 1).decide({-2.9, 0, std::numbers::pi}, 0.07).speed_mps, 0);
 }
 
+// Catches obstacles that pile up, and those of the map that are lost with them.
+TEST(Wander, AvoidsWhatWasFoundOnTheWay) {
+  const Pose before_it{0.9, 0.5, 0};
+  EXPECT_GT(Wander(kBody, room(), 1).decide(before_it, 0.07).speed_mps, 0);
+  Wander wander(kBody, room(), 1);
+  wander.avoid({{{1.5, 0.5}, 0.2}});
+  EXPECT_EQ(wander.decide(before_it, 0.07).speed_mps, 0);
+  Wander elsewhere(kBody, room(), 1);
+  elsewhere.avoid({{{1.5, 0.5}, 0.2}});
+  elsewhere.avoid({{{-2, -2}, 0.2}});
+  EXPECT_GT(elsewhere.decide(before_it, 0.07).speed_mps, 0);
+  EXPECT_EQ(elsewhere.decide({0.8, -0.8, 0}, 0.07).speed_mps, 0) << "the map's landmark";
+}
+
 TEST(Waypoints, DrivesThroughThemAllAndRoundAgain) {
   const std::vector<Eigen::Vector2d> points = {{1, 0}, {1, 1}, {-1, -1}};
   Waypoints waypoints(kBody, points);

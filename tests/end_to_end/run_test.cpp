@@ -2,6 +2,7 @@
 // Whole runs in the simulated lab: repeatability, and the separation of estimate and truth.
 #include "apps/runs/run.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -77,6 +78,40 @@ TEST_F(RunInTheLab, TheSameSeedGivesTheSameBytesAndPixels) {
       ASSERT_EQ(*first, *second) << "frame " << frame;
     }
   }
+}
+
+// Catches a run that uses the map's landmarks although it should not, or that does not store those that it finds. A
+// run that is cut off and resumed finds the same.
+TEST_F(RunInTheLab, FindsTheLandmarksOnTheWay) {
+  const config::Robot robot = config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+  RunOptions options;
+  options.frames = 20;
+  options.seed = 7;
+  options.maps = true;
+  options.out = folder_ / "run";
+  std::atomic<bool> stop{false};
+  const auto cut = run(
+      robot, config::read_map(robot.map), options, [&](double done) { stop = stop || done * options.frames > 12; },
+      stop);
+  ASSERT_FALSE(cut);
+  ASSERT_TRUE(resume(
+      folder_ / "run", {}, [](double) {}, stop_));
+  const runlog::RunData data = runlog::read_run(folder_ / "run");
+  EXPECT_TRUE(data.info.maps);
+  EXPECT_TRUE(data.ranges.empty());
+  ASSERT_EQ(data.track.size(), 20U);
+  EXPECT_EQ(data.track.back().state, "tracking");
+  EXPECT_NEAR(*data.track.back().x_m, data.truth.back().x_m, 0.02);
+  const auto rows = runlog::read_table<runlog::LandmarkRow>(folder_ / "run" / "landmarks.csv");
+  ASSERT_FALSE(rows.empty());
+  for (const runlog::LandmarkRow& row : rows) {
+    EXPECT_EQ(row.frame, 15U);
+    const auto is = std::ranges::min_element(
+        data.map.landmarks, {}, [&](const Landmark& l) { return std::hypot(l.x_m - row.x_m, l.y_m - row.y_m); });
+    EXPECT_LT(std::hypot(is->x_m - row.x_m, is->y_m - row.y_m), 0.2) << row.landmark;
+    EXPECT_GE(row.sightings, 6U);
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "run" / "methods" / "outline" / "landmarks.csv"));
 }
 
 TEST_F(RunInTheLab, LocaliseGivesTheSameAnswersAgain) {

@@ -63,8 +63,8 @@ for seed in $(seq 1 "$rendered"); do
         truth=$(tr ' ' '\n' <"$stem.moved" | sort)
         ((++cases))
         [ "$named" != "$truth" ] || ((++right))
-        missed=$((missed + $(comm -13 <(echo "$named") <(echo "$truth") | grep -c .)))
-        wrong=$((wrong + $(comm -23 <(echo "$named") <(echo "$truth") | grep -c .)))
+        missed=$((missed + $(comm -13 <(echo "$named") <(echo "$truth") | sed '/^$/d' | wc -l)))
+        wrong=$((wrong + $(comm -23 <(echo "$named") <(echo "$truth") | sed '/^$/d' | wc -l)))
       done
     fi
     if ((seed % 2)); then beyond+=("$work/surveys/$name"); else inside+=("$work/surveys/$name"); fi # odd seeds have what no model has
