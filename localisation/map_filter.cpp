@@ -21,6 +21,8 @@ using vision::Side;
 
 // Relative standard deviation of a radius that follows from an area: shadows and a mast take a part of it.
 constexpr double kAreaRadiusShare = 0.2;
+// A part of a thing may be hidden, so that its area says too little.
+constexpr double kHiddenRadius_m = 0.02;
 
 /// The pixel of a landmark's near point, with its derivatives.
 struct ShownPoint {
@@ -159,6 +161,21 @@ bool MapFilter::update(const vision::RoughLandmark& thing, std::size_t landmark)
   return true;
 }
 
+void MapFilter::update_radius(std::size_t landmark, double radius_m, double sigma_m) {
+  const Eigen::Index i = at(landmark) + vision::kRadius;
+  const Eigen::RowVectorXd by_shared = by_shared_.row(i);
+  const Eigen::VectorXd column = own_.col(i);
+  const double own_spread = column[i] + sigma_m * sigma_m;
+  const Eigen::VectorXd gain = (column + by_shared_ * by_shared.transpose()) / (own_spread + by_shared.squaredNorm());
+  const Eigen::VectorXd state = state_ + gain * (radius_m - state_[i]);
+  if (!state.allFinite() || !(state[i] > 0)) return;
+  const Eigen::MatrixXd mixed = column * gain.transpose();
+  own_ += own_spread * gain * gain.transpose() - mixed - mixed.transpose();
+  by_shared_ -= gain * by_shared;
+  state_ = state;
+  state_[kHeading] = wrap_angle_rad(state_[kHeading]);
+}
+
 bool MapFilter::is_apart(const vision::RoughLandmark& thing) const {
   const Pose pose = estimated();
   const Eigen::Vector2d place_m =
@@ -201,7 +218,8 @@ std::optional<std::size_t> MapFilter::add(const vision::RoughLandmark& thing) {
   by_noise.topRows<3>() = solve;
   Eigen::Vector4d by_radius;
   by_radius << -solve * l->by_landmark.col(vision::kRadius), 1;
-  const double radius_sigma = kAreaRadiusShare * thing.radius_m;
+  const double radius_sigma =
+      thing.radius_sigma_m > 0 ? thing.radius_sigma_m : std::hypot(kAreaRadiusShare * thing.radius_m, kHiddenRadius_m);
 
   const Eigen::Index old = state_.size();
   const Eigen::MatrixXd cross = by_pose * own_.topRows<3>();
@@ -246,7 +264,10 @@ std::vector<std::optional<std::size_t>> MapFilter::observe(std::span<const visio
     }
     if (!best) break;
     is_done[best->first] = is_taken[best->second] = true;
-    if (update(things[best->first], best->second)) landmarks[best->first] = best->second;
+    const vision::RoughLandmark& thing = things[best->first];
+    if (!update(thing, best->second)) continue;
+    landmarks[best->first] = best->second;
+    if (thing.radius_sigma_m > 0) update_radius(best->second, thing.radius_m, thing.radius_sigma_m);
   }
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (!is_done[i] && is_apart(things[i])) landmarks[i] = add(things[i]);

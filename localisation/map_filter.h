@@ -28,9 +28,9 @@ struct FoundLandmark {
 /// Simultaneous localisation and mapping with an extended Kalman filter: the pose and landmarks that no map lists.
 ///
 /// State: that of PoseHypothesis, and the numbers of each landmark (place, top, radius). Measurements are the pixels of
-/// the near points of tops in both views. It is a Schmidt-Kalman filter of the shared errors of rig, exposure times and
-/// wheels (PoseHypothesis): they are not estimated, but do not average away. The world is that of the start pose, which
-/// is exact by definition.
+/// the near points of tops in both views, and radii where things have them measured. It is a Schmidt-Kalman filter of
+/// the shared errors of rig, exposure times and wheels (PoseHypothesis): they are not estimated, but do not average
+/// away. The world is that of the start pose, which is exact by definition.
 ///
 /// Association: a thing is the landmark of its hue whose predicted pixels agree best, if chi-squared is within the
 /// 1 - kGate quantile. It is a new landmark if it is farther than kApart_m and kApartSigmas from every landmark of its
@@ -86,6 +86,7 @@ class MapFilter {
   /// Returns chi-squared of a thing as that landmark; nothing where a view cannot show it there.
   [[nodiscard]] std::optional<double> distance(const vision::RoughLandmark& thing, std::size_t landmark) const;
   bool update(const vision::RoughLandmark& thing, std::size_t landmark);
+  void update_radius(std::size_t landmark, double radius_m, double sigma_m);
   [[nodiscard]] bool is_apart(const vision::RoughLandmark& thing) const;
   std::optional<std::size_t> add(const vision::RoughLandmark& thing);
   [[nodiscard]] Pose estimated() const { return {state_[0], state_[1], state_[2]}; }

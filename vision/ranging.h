@@ -122,6 +122,7 @@ struct RoughLandmark {
   double bearing_rad = 0;           ///< body frame
   double top_m = 0;                 ///< over the floor, from both views
   double radius_m = 0;              ///< from its area in the lower view; too small where a part of it is hidden
+  double radius_sigma_m = 0;        ///< of `radius_m` if it was measured otherwise; 0: it is only a start
 };
 
 /// Returns the answer, of a method or of a part of one, with that verdict in it.

@@ -20,17 +20,41 @@ namespace {
 
 // The outlines are measured with tops, radii and their sigmas of this number of frames ago, or newer ones.
 constexpr std::size_t kRenewedEvery = 15;
-// A rough thing within this share of its range, or this far, of a settled landmark of its hue is that landmark.
+// Two things of one hue within this share of their range, or this far, are one.
 constexpr double kSameShare = 0.25;
 constexpr double kSame_m = 0.5;
 // Outlines of one landmark share an error over many frames: its light, and what is beside it. So one frame counts less
 // than its noise alone says.
 constexpr double kSharedError_px = 0.15;
-// Something that was seen in n frames is removed when it was not seen for this number of frames and for kPatience n. A
-// landmark may stand behind an obstacle for long; what is not settled yet is more often something that passed by.
+// A landmark that so many frames have shown is not measured roughly any more.
+constexpr std::size_t kWellKnown = 40;
+// A width has an error besides its noise, from what is beside the landmark. Frames of a drive share it: as many count
+// as one.
+constexpr double kWidthError_px = 0.2;
+constexpr double kWidthFrames = 30;
+// A landmark is near within this share of the greatest range at which it was seen. One that was seen in n frames is
+// removed when it was near and not seen in this number of frames and in kPatience n: it may stand behind an obstacle
+// for long. What is not settled is removed when it was not seen for kPatienceUnsettled frames, near or not.
+constexpr double kNearShare = 0.7;
 constexpr std::size_t kLeastPatience = 300;
-constexpr std::size_t kPatienceUnsettled = 60;
 constexpr std::size_t kPatience = 5;
+constexpr std::size_t kPatienceUnsettled = 60;
+
+/// Measures the radius by the widths of the outlines in both views, where they have them.
+void measure_radius(const vision::RangeMeasurement& measured, vision::RoughLandmark& thing) {
+  double sum = 0;
+  double weights = 0;
+  for (const auto& sighting : {measured.lower_sighting, measured.upper_sighting}) {
+    if (!sighting->width || !(sighting->width->expected_px > 0)) continue;
+    const vision::OutlineWidth& width = *sighting->width;
+    const double share_sigma = std::hypot(width.sigma_px, kWidthError_px) / width.expected_px;
+    sum += width.seen_px / width.expected_px / (share_sigma * share_sigma);
+    weights += 1 / (share_sigma * share_sigma);
+  }
+  if (!(weights > 0) || !(sum > 0)) return;
+  thing.radius_sigma_m = std::sqrt(kWidthFrames / weights) * thing.radius_m;
+  thing.radius_m *= sum / weights;
+}
 
 config::Map without_landmarks(config::Map map) {
   map.landmarks.clear();
@@ -80,8 +104,8 @@ MappedLandmark Mapping::landmark(std::size_t index) const {
   const localisation::FoundLandmark found = filter_.landmark(index);
   const Eigen::Vector4d sigma = found.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::Vector3d& colour = colours_[found.hue];
-  return {.name = names_[index],
-          .landmark = {.name = names_[index],
+  return {.name = follows_[index].name,
+          .landmark = {.name = follows_[index].name,
                        .colour = {colour.x(), colour.y(), colour.z()},
                        .x_m = found.numbers[vision::kPlaceX],
                        .y_m = found.numbers[vision::kPlaceY],
@@ -138,6 +162,7 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
                                 .bearing_rad = *m.bearing_rad,
                                 .top_m = known.numbers[vision::kTop],
                                 .radius_m = known.numbers[vision::kRadius]};
+    measure_radius(m, thing);
     const Landmark there{.radius_m = thing.radius_m, .top_m = thing.top_m};
     for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
       vision::Sighting& seen = thing.views[std::size_t(side)];
@@ -154,26 +179,46 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
   return things;
 }
 
-bool Mapping::is_settled(const vision::RoughLandmark& thing) const {
-  const localisation::Pose pose = filter_.pose().pose;
-  const Eigen::Vector2d place_m =
-      Eigen::Vector2d(pose.x_m, pose.y_m) +
-      Eigen::Rotation2Dd(pose.heading_rad + thing.bearing_rad) * Eigen::Vector2d(thing.range_m, 0);
+bool Mapping::is_known(const vision::RoughLandmark& thing, const std::vector<vision::RoughLandmark>& measured) const {
+  const auto place_of = [](const vision::RoughLandmark& t) {
+    return Eigen::Vector2d(t.range_m * std::cos(t.bearing_rad), t.range_m * std::sin(t.bearing_rad));
+  };
   const double same_m = std::max(kSame_m, kSameShare * thing.range_m);
-  return std::ranges::any_of(ranged_, [&](std::size_t i) {
+  const localisation::Pose pose = filter_.pose().pose;
+  const auto is_here = [&](std::size_t i) {
     const localisation::FoundLandmark known = filter_.landmark(i);
-    return known.hue == thing.hue && (known.numbers.head<2>() - place_m).norm() < same_m;
-  });
+    const Eigen::Vector2d place_m = localisation::in_body(pose, known.numbers.head<2>());
+    return known.hue == thing.hue && known.sightings >= kWellKnown && (place_m - place_of(thing)).norm() < same_m;
+  };
+  const auto is_same = [&](const vision::RoughLandmark& other) {
+    return other.hue == thing.hue && (place_of(other) - place_of(thing)).norm() < same_m;
+  };
+  return std::ranges::any_of(measured, is_same) || std::ranges::any_of(ranged_, is_here);
 }
 
-void Mapping::remove_passers() {
+void Mapping::follow() {
+  while (follows_.size() < filter_.size()) {
+    const Eigen::Vector3d& colour = colours_[filter_.landmark(follows_.size()).hue];
+    const std::string name(vision::hue_name({colour.x(), colour.y(), colour.z()}));
+    follows_.push_back({.name = fmt::format("{}.{}", name, ++numbers_[name])});
+  }
+  const localisation::Pose pose = filter_.pose().pose;
   for (std::size_t i = filter_.size(); i-- > 0;) {
     const localisation::FoundLandmark known = filter_.landmark(i);
+    const double range_m = localisation::in_body(pose, known.numbers.head<2>()).norm();
+    Follow& follow = follows_[i];
     const std::size_t unseen = filter_.frames() - known.last_frame;
-    const std::size_t least = known.sightings < kSettled ? kPatienceUnsettled : kLeastPatience;
-    if (unseen < std::max(least, kPatience * known.sightings)) continue;
+    if (unseen == 0) {
+      follow.farthest_m = std::max(follow.farthest_m, range_m);
+    } else if (range_m < kNearShare * follow.farthest_m) {
+      ++follow.missed;
+    }
+    const bool is_gone = known.sightings < kSettled
+                             ? unseen >= kPatienceUnsettled
+                             : follow.missed >= std::max(kLeastPatience, kPatience * known.sightings);
+    if (!is_gone) continue;
     filter_.remove(i);
-    names_.erase(names_.begin() + std::ptrdiff_t(i));
+    follows_.erase(follows_.begin() + std::ptrdiff_t(i));
   }
 }
 
@@ -193,17 +238,12 @@ Result<MappedFrame> Mapping::answer(const Image& lower, const Image& upper,
   renew_ranging();
   std::vector<vision::RoughLandmark> things = measured(*below, *above, motion);
   for (vision::RoughLandmark& thing : search_->look(*below, *above, motion)) {
-    if (!is_settled(thing)) things.push_back(std::move(thing));
+    if (!is_known(thing, things)) things.push_back(std::move(thing));
   }
   MappedFrame frame;
   frame.timing.vision_s = thread_time_s() - begin_cpu_s;
   (void)filter_.observe(things);
-  while (names_.size() < filter_.size()) {
-    const Eigen::Vector3d& colour = colours_[filter_.landmark(names_.size()).hue];
-    const std::string name(vision::hue_name({colour.x(), colour.y(), colour.z()}));
-    names_.push_back(fmt::format("{}.{}", name, ++numbers_[name]));
-  }
-  remove_passers();
+  follow();
   const localisation::PoseEstimate pose = filter_.pose();
   frame.track = {.use = things.empty() ? localisation::FixUse::kNoFix : localisation::FixUse::kTaken,
                  .state = localisation::FilterState::kTracking,

@@ -45,8 +45,8 @@ struct MappedFrame {
 ///    (localisation/map_filter.h).
 /// 3. Landmarks that kSettled frames have shown are measured by their outlines (vision/outline_ranging.h), where the
 ///    filter expects them.
-/// 4. A landmark that has not been seen for long, compared with how often it was seen, is removed: it was something
-///    that passed by.
+/// 4. A landmark that was near for long and not seen, compared with how often it was seen, is removed: it was something
+///    that passed by. One that is far away stays, also for a whole way round.
 ///
 /// The world is that of the start pose, which is exact by definition. The answers depend on the images and the wheels
 /// alone.
@@ -74,8 +74,11 @@ class Mapping {
   void renew_ranging();
   [[nodiscard]] std::vector<vision::RoughLandmark> measured(const cv::Mat& lower, const cv::Mat& upper,
                                                             const std::optional<vision::FrameMotion>& motion) const;
-  [[nodiscard]] bool is_settled(const vision::RoughLandmark& thing) const;
-  void remove_passers();
+  /// Returns whether a rough thing adds nothing to what outlines have measured, or to what is known well.
+  [[nodiscard]] bool is_known(const vision::RoughLandmark& thing,
+                              const std::vector<vision::RoughLandmark>& measured) const;
+  /// Names the landmarks that are new, and removes those that passed by.
+  void follow();
 
   config::Robot robot_;
   config::Map map_;  ///< its landmarks are those that ranging_ measures
@@ -85,7 +88,12 @@ class Mapping {
   std::vector<Eigen::Vector3d> colours_;
   std::optional<vision::LandmarkSearch> search_;
   localisation::MapFilter filter_;
-  std::vector<std::string> names_;      ///< of the filter's landmarks
+  struct Follow {
+    std::string name;
+    double farthest_m = 0;   ///< greatest range at which it was seen
+    std::size_t missed = 0;  ///< frames in which it was near and not seen
+  };
+  std::vector<Follow> follows_;         ///< of the filter's landmarks
   std::map<std::string, int> numbers_;  ///< how many landmarks had a hue's name
   std::optional<vision::OutlineRanging> ranging_;
   std::vector<std::size_t> ranged_;  ///< the filter's indices of those that ranging_ measures
