@@ -19,7 +19,7 @@ import sys
 
 
 def landmarks(file):
-    rows = re.findall(r"name: (\w+),.*?x_m: ([-+.\de]+), y_m: ([-+.\de]+)", open(file).read())
+    rows = re.findall(r"name: (\w+),.*?x_m: *([-+.\de]+), *y_m: *([-+.\de]+)", open(file).read())
     return {name: complex(float(x), float(y)) for name, x, y in rows}
 
 

@@ -7,6 +7,9 @@
   survey.py --tape FOLDER SEED   two landmarks of that survey that are about 3 m apart, and their true distance with an error of
                         2 mm, as twocone survey --distance wants them
 
+  survey.py --track RUN MAP.yaml   the track and the last landmarks of a run without a map of landmarks, against the truth
+  survey.py --cost COMMAND...   runs a command; prints its seconds and its greatest memory, MiB
+
 Prints lines KEY VALUE, and a line of each robot to standard error. Errors of landmarks are those that remain after the best
 similarity, and after the best rigid motion. Fixes on the own map are laid over the truth by the similarity of the landmarks.
 """
@@ -16,8 +19,11 @@ import math
 import os
 import random
 import re
+import resource
 import statistics
+import subprocess
 import sys
+import time
 
 from first_day import frames, landmarks
 
@@ -97,6 +103,54 @@ def tape(folder, seed):
     print(one[0]["name"], other[0]["name"], round(apart((one, other)) + error, 5))
 
 
+def table(file):
+    lines = [line.rstrip("\n").split(",") for line in open(file)]
+    return [dict(zip(lines[0], line)) for line in lines[1:]]
+
+
+def track(run, map_file):
+    truth = {}
+    for line in open(f"{run}/truth.tum"):
+        t, x, y, _, _, _, z, w = map(float, line.split())
+        truth[round(t, 6)] = (x, y, 2 * math.atan2(z, w))
+    off, squares = [], []
+    for row in table(f"{run}/track.csv"):
+        x, y, heading = truth[round(float(row["t_s"]), 6)]
+        error = [float(row["x_m"]) - x, float(row["y_m"]) - y,
+                 math.remainder(float(row["heading_rad"]) - heading, 2 * math.pi)]
+        off.append(1000 * math.hypot(error[0], error[1]))
+        xx, xy, yy, xh, yh, hh = (float(row[key]) for key in (
+            "var_x_m2", "cov_xy_m2", "var_y_m2", "cov_x_heading_m_rad", "cov_y_heading_m_rad", "var_heading_rad2"))
+        if min(xx, yy, hh) > 1e-10:  # the start is exact
+            squares.append(dot(error, solve([[xx, xy, xh], [xy, yy, yh], [xh, yh, hh]], [error])[0]))
+    places = landmarks(map_file)
+    last = table(f"{run}/landmarks.csv")
+    last = [row for row in last if row["frame"] == last[-1]["frame"]]
+    found, errors = set(), []
+    for row in last:
+        place = complex(float(row["x_m"]), float(row["y_m"]))
+        nearest = min(places, key=lambda name: abs(places[name] - place))
+        if abs(places[nearest] - place) < 0.3:
+            found.add(nearest)
+        errors.append(1000 * abs(places[nearest] - place))
+    print("mean_mm", round(statistics.mean(off), 2))
+    print("last_mm", round(statistics.mean(off[-30:]), 2))
+    print("nees", round(statistics.mean(squares), 2))
+    print("landmarks", len(places))
+    print("found", len(found))
+    print("more", len(last) - len(found))
+    print("landmark_mm", round(statistics.median(errors), 1))
+    print("worst_landmark_mm", round(max(errors), 1))
+
+
+def cost(command):
+    begin = time.monotonic()
+    status = subprocess.run(command, stdout=sys.stderr).returncode
+    print("seconds", round(time.monotonic() - begin, 1))
+    print("mib", round(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024))
+    sys.exit(status)
+
+
 def figures_of(folder):
     survey, truth, pairs = pairs_of(folder)
     belief = survey["belief"]
@@ -167,4 +221,11 @@ def main():
 
 
 if __name__ == "__main__":
-    tape(sys.argv[2], int(sys.argv[3])) if sys.argv[1] == "--tape" else main()
+    if sys.argv[1] == "--tape":
+        tape(sys.argv[2], int(sys.argv[3]))
+    elif sys.argv[1] == "--track":
+        track(sys.argv[2], sys.argv[3])
+    elif sys.argv[1] == "--cost":
+        cost(sys.argv[2:])
+    else:
+        main()

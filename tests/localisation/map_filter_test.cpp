@@ -98,7 +98,9 @@ struct Tour {
   }
 };
 
-Tour drive_round(std::uint64_t seed, const vision::Rig& true_rig, const vision::BeliefErrors& errors) {
+/// @param radius_sigma_m > 0: radii are measured, too, with this error
+Tour drive_round(std::uint64_t seed, const vision::Rig& true_rig, const vision::BeliefErrors& errors,
+                 double radius_sigma_m = 0) {
   Drive drive(seed);
   std::mt19937_64 random(seed + 100);
   Tour tour{MapFilter(vision::lab_rig(), errors, kWheels, kNoise, {}, drive.truth()), {}, ring()};
@@ -106,7 +108,14 @@ Tour drive_round(std::uint64_t seed, const vision::Rig& true_rig, const vision::
   for (int step = 0; step < 1060; ++step) {
     drive.step(5.6, 6.4);
     drive.report_readings(tour.filter);
-    if (step % 8 == 0) tour.filter.observe(things_from(drive.truth(), tour.landmarks, true_rig, random));
+    if (step % 8 != 0) continue;
+    auto things = things_from(drive.truth(), tour.landmarks, true_rig, random);
+    for (vision::RoughLandmark& thing : things) {
+      if (radius_sigma_m == 0) break;
+      thing.radius_m = thing.radius_m / 0.95 + std::normal_distribution<>(0, radius_sigma_m)(random);
+      thing.radius_sigma_m = radius_sigma_m;
+    }
+    tour.filter.observe(things);
   }
   tour.truth = drive.truth();
   return tour;
@@ -141,6 +150,24 @@ TEST(MapFilter, KnowsHowFarItsMapAndItsPoseAreFromTheTruthSeeds) {
 
 // Catches shared errors that average away: the upper mirror is 3 mm higher than believed, which makes all of the map
 // two per cent too small. Without the error in the covariance the map is surprised by the truth, with it it is not.
+// Catches a measured radius that is left out, or whose variance does not reach the places that depend on it.
+TEST(MapFilter, CountsRadiiThatWereMeasured) {
+  double chi_squared = 0;
+  constexpr int kSeeds = 8;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const Tour by_place = drive_round(seed, vision::lab_rig(), {});
+    const Tour tour = drive_round(seed, vision::lab_rig(), {}, 0.004);
+    ASSERT_EQ(tour.filter.size(), 16U);
+    for (std::size_t i = 0; i < tour.filter.size(); ++i) {
+      const double variance = tour.filter.landmark(i).covariance(vision::kRadius, vision::kRadius);
+      EXPECT_LT(variance, 0.5 * by_place.filter.landmark(i).covariance(vision::kRadius, vision::kRadius));
+    }
+    chi_squared += tour.landmarks_chi_squared();
+  }
+  const double numbers = 4.0 * 16 * kSeeds;
+  EXPECT_LT(chi_squared, numbers + 4 * std::sqrt(2 * numbers)) << "of " << numbers;
+}
+
 TEST(MapFilter, AWrongRigCountsInTheCovarianceHoweverLongTheDriveIs) {
   vision::MirrorViewSettings upper = vision::lab_view(0.55);
   upper.lens_height_m += 0.003;

@@ -64,9 +64,9 @@ class ResultsInTwoStates : public testing::TestWithParam<Exchange> {
     return all;
   }
 
-  static constexpr const char* kOld = "old;old;old;old;old;old;-;";
-  static constexpr const char* kOldPaper = "old paper;old paper;-;old paper;old paper;old paper;old paper;";
-  static constexpr const char* kNew = "new;new;-;new;new;new;-;";
+  static constexpr const char* kOld = "old;old;old;-;old;old;old;-;";
+  static constexpr const char* kOldPaper = "old paper;old paper;-;-;old paper;old paper;old paper;old paper;";
+  static constexpr const char* kNew = "new;new;-;-;new;new;new;-;";
 
   const TemporaryFolder temporary_;
   const std::filesystem::path run_ = temporary_.path() / "run";

@@ -209,6 +209,7 @@ TEST(Survey, FindsARigThatARulerMeasured) {
   Settings settings;
   settings.calibrates = true;
   settings.priors = calibrate::priors_of(by_ruler);
+  settings.frames = 20;
   const auto found = survey({run}, by_ruler, settings);
   ASSERT_TRUE(found) << found.error().message;
   const vision::Rig& rig = found->solution.after;
