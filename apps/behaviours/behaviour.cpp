@@ -54,7 +54,7 @@ Motion Still::decide(const localisation::Pose& /*believed*/, double /*step_s*/) 
 Wander::Wander(const Body& body, Arena arena, std::uint64_t seed)
     : body_(body), arena_(std::move(arena)), discs_of_map_(arena_.discs.size()), random_(seed) {}
 
-void Wander::avoid(std::vector<Disc> found) {
+void Wander::avoid(const std::vector<Disc>& found) {
   arena_.discs.resize(discs_of_map_);
   arena_.discs.insert(arena_.discs.end(), found.begin(), found.end());
 }

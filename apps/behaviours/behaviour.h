@@ -39,7 +39,7 @@ class Behaviour {
   /// @param step_s time since the last decision, > 0
   virtual Motion decide(const localisation::Pose& believed, double step_s) = 0;
   /// Replaces the obstacles that were found on the way, besides those of the map.
-  virtual void avoid(std::vector<Disc> /*found*/) {}
+  virtual void avoid(const std::vector<Disc>& /*found*/) {}
 };
 
 /// The limits of the body.
@@ -74,7 +74,7 @@ class Wander final : public Behaviour {
 
   Wander(const Body& body, Arena arena, std::uint64_t seed);
   Motion decide(const localisation::Pose& believed, double step_s) override;
-  void avoid(std::vector<Disc> found) override;
+  void avoid(const std::vector<Disc>& found) override;
 
  private:
   [[nodiscard]] bool is_blocked(const localisation::Pose& believed) const;

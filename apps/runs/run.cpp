@@ -50,6 +50,7 @@ config::Map without_landmarks(config::Map map) {
 
 std::vector<Disc> discs_of(const std::vector<estimation::MappedLandmark>& found) {
   std::vector<Disc> discs;
+  discs.reserve(found.size());
   for (const estimation::MappedLandmark& l : found) {
     discs.push_back({{l.landmark.x_m, l.landmark.y_m}, l.landmark.radius_m});
   }

@@ -27,7 +27,7 @@ class Steering {
   /// Adds the position of a fix that can be used as a place.
   void add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m) { belief_.add_fix(frame, position_m); }
   /// Replaces the obstacles that were found on the way.
-  void avoid(std::vector<Disc> found) { behaviour_->avoid(std::move(found)); }
+  void avoid(const std::vector<Disc>& found) { behaviour_->avoid(found); }
   /// Returns the speeds for a frame. They are 0 if the newest image is older than command_timeout_s. The loss of a
   /// camera thus stops the wheels within that time, too, however long the work on its last image takes.
   /// @param image_age_s age of the newest image
