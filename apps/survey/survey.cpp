@@ -489,10 +489,10 @@ bool is_rough(const config::Robot& robot) {
 /// a survey with landmarks whose hues identify them.
 Result<FoundRig> find_first_rig(const runlog::RunData& run, const config::Robot& robot, const Settings& settings,
                                 const std::function<void(double)>& notify) {
-  constexpr int kFrames = 120;
+  const int frames = std::min(120, settings.frames);
   constexpr int kRounds = 3;
   const std::vector<runlog::RunData> runs{run};
-  auto rough = find_bearing_map(run, frames_of(runs, kFrames), robot);
+  auto rough = find_bearing_map(run, frames_of(runs, frames), robot);
   if (!rough) return rough.error();
   std::vector<Landmark> landmarks = rough->landmarks;
   for (Landmark& landmark : landmarks) landmark.sigma = kByBearings;
@@ -510,7 +510,7 @@ Result<FoundRig> find_first_rig(const runlog::RunData& run, const config::Robot&
   Settings first = settings;
   first.priors = start->priors;
   first.distances.clear();
-  first.frames = kFrames;
+  first.frames = frames;
   FoundRig found{start->robot, start->priors, {}, start->robot};
   auto solved = solve(runs, start->robot, first, {*std::move(rough), {}, true, kRounds}, notify);
   if (!solved) return solved.error();
