@@ -56,12 +56,6 @@ void measure_radius(const vision::RangeMeasurement& measured, vision::RoughLandm
   thing.radius_m *= sum / weights;
 }
 
-config::Map without_landmarks(config::Map map) {
-  map.landmarks.clear();
-  map.without_sigma.clear();
-  return map;
-}
-
 vision::Rig rig_of(const config::Robot& robot) {
   try {
     return config::to_rig(robot);
@@ -71,6 +65,12 @@ vision::Rig rig_of(const config::Robot& robot) {
 }
 
 }  // namespace
+
+config::Map without_landmarks(config::Map map) {
+  map.landmarks.clear();
+  map.without_sigma.clear();
+  return map;
+}
 
 Mapping::Mapping(const config::Robot& robot, const config::Map& map)
     : robot_(robot),

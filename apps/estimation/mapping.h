@@ -23,6 +23,9 @@
 
 namespace twocone::estimation {
 
+/// Returns the map with bounds and obstacles only.
+config::Map without_landmarks(config::Map map);
+
 /// A landmark that was found on the way.
 struct MappedLandmark {
   std::string name;                                    ///< by hue and number: red.1

@@ -43,11 +43,6 @@ double cpu_seconds(int of) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-config::Map without_landmarks(config::Map map) {
-  map.landmarks.clear();
-  return map;
-}
-
 std::vector<Disc> discs_of(const std::vector<estimation::MappedLandmark>& found) {
   std::vector<Disc> discs;
   discs.reserve(found.size());
@@ -68,7 +63,7 @@ class Loop {
         progress_(progress),
         stop_(stop),
         record_(robot, map, options),
-        steering_(robot, options.maps ? without_landmarks(map) : map, options.behaviour, options.seed,
+        steering_(robot, options.maps ? estimation::without_landmarks(map) : map, options.behaviour, options.seed,
                   [this](const auto& event) { record_.note(event); }),
         answers_(robot, map, options.method, options.maps) {
     if (!answers_.why_no_baseline().empty()) record_.note("no baseline: " + answers_.why_no_baseline());

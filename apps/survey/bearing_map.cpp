@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
+#include <iterator>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -27,8 +27,8 @@
 namespace twocone::survey {
 namespace {
 
-constexpr std::size_t kImagesForMirror = 30;  // in which the mirror is sought
-constexpr std::size_t kImagesForHues = 40;    // and the hues
+constexpr int kImagesForMirror = 30;  // in which the mirror is sought
+constexpr int kImagesForHues = 40;    // and the hues
 // A second region of a colour this large beside the first is a second thing.
 constexpr double kSecondThing = 0.3;
 constexpr std::size_t kLeastBearings = 8;
@@ -65,8 +65,8 @@ double bearing_of(const Seen& seen, const Direction& direction) {
   return direction.azimuth_rad + direction.sign * seen.angle_rad;
 }
 
-/// Places a landmark where its bearings meet: the point with the least squares of distances to their lines, twice, the
-/// second time with what was off left out.
+/// Places a landmark where its bearings meet: the point with the least squares of distances to their lines, in three
+/// rounds. The later ones weigh each line by its length, and the last one leaves out what was off.
 Placed place_of(const std::vector<Seen>& sightings, const std::vector<Pose2>& poses, const Direction& direction) {
   Placed placed;
   std::vector<bool> is_off(sightings.size(), false);
@@ -128,7 +128,7 @@ Direction best_direction(const Tracks& tracks, const std::vector<Pose2>& poses) 
 /// Returns the lower view with the mirror where the images show it, if they do.
 vision::MirrorView view_from(const std::vector<cv::Mat>& images, const vision::MirrorView& believed) {
   std::vector<cv::Mat> some;
-  for (const std::size_t i : calibrate::chosen_rows(images.size(), int(kImagesForMirror))) some.push_back(images[i]);
+  for (const std::size_t i : calibrate::chosen_rows(images.size(), kImagesForMirror)) some.push_back(images[i]);
   const vision::MirrorSearch found = vision::find_mirror(some);
   if (!found.rim) return believed;
   vision::MirrorViewSettings settings = believed.settings();
@@ -164,7 +164,7 @@ Result<RoughMap> find_bearing_map(const runlog::RunData& run, const calibrate::C
   const vision::MirrorView view = view_from(images, config::to_assumed_rig(robot).lower);
   const vision::RimCircle circle{view.settings().centre_px, view.settings().rim_radius_px, 0};
   std::vector<vision::MirrorImage> mirrors;
-  for (const std::size_t i : calibrate::chosen_rows(images.size(), int(kImagesForHues))) {
+  for (const std::size_t i : calibrate::chosen_rows(images.size(), kImagesForHues)) {
     mirrors.push_back({images[i], circle.centre_px, circle.radius_px});
   }
   const std::vector<Eigen::Vector3d> colours = vision::find_hues(mirrors);

@@ -17,8 +17,7 @@ namespace twocone::survey {
 /// mirrored, and the best direction is taken. Tops follow from the radii in the image. Places are good to some
 /// decimetres, which is enough for the start of a calibration (calibrate::find_start).
 ///
-/// Hues of which several things are seen at once are left out, and frames late in a long drive, where the wheels have
-/// lost the way.
+/// Hues of which several things are seen at once are left out.
 /// @param chosen of this run alone
 /// @param robot sizes and heights of its rig are used, and its circles where no mirror is found
 /// Error: kBadData for images that cannot be read, where fewer than three such landmarks are found, and where no

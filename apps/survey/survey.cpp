@@ -14,6 +14,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/survey/bearing_map.h"
 #include "apps/survey/rough_map.h"
+#include "apps/survey/widths.h"
 #include "base/errors.h"
 #include "localisation/odometry.h"
 #include "vision/hue_labels.h"
@@ -36,11 +37,6 @@ constexpr double kTopSigma_m = 0.3;
 // What sightings are measured with in the first round: the errors of a map by bearings, and of a rough map.
 constexpr LandmarkSigma kByBearings{.x_m = 0.4, .y_m = 0.4, .top_m = 0.2, .radius_m = 0.04};
 constexpr LandmarkSigma kRough{.x_m = 0.1, .y_m = 0.1, .top_m = 0.03, .radius_m = 0.005};
-// All widths of a view are widened by the same amount, whose prior sigma this is. One width has an error of its own
-// besides its noise. No radius is stated as better known than the last share of it.
-constexpr double kWidening_px = 0.3;
-constexpr double kWidthError_px = 0.1;
-constexpr double kLeastRadiusShare = 0.005;
 // Two things of one hue that are nearer to each other than this are one.
 constexpr double kOnePlace_m = 0.3;
 // How well some rounds know a rig: the errors that a rough map allows for.
@@ -58,12 +54,6 @@ constexpr config::RigSigma kFoundSigma{.mirror_radius_m = 0.001,
                                        .readout_s = 0.005,
                                        .distortion = 0.01};
 constexpr std::size_t kLeastOutlines = 6;  ///< one frame has two
-// Widths of one landmark agree within this share of them. A sighting is left out as hidden in part if it is narrower by
-// the three amounts together.
-constexpr double kSameWidth = 0.04;
-constexpr double kMany = 0.4;
-constexpr double kNarrowSigmas = 3;
-constexpr double kNarrow_px = 0.2;
 
 /// Returns the frames that a survey uses. The first of a run is none of them: whether the robot moved while it was
 /// exposed is not known.
@@ -88,97 +78,6 @@ std::vector<runlog::RunData> with_landmarks(const std::vector<runlog::RunData>& 
     run.map.without_sigma.clear();
   }
   return on_map;
-}
-
-/// Returns the largest value about which many others lie within kSameWidth of it: kMany of the most that do so
-/// anywhere.
-double largest_common(std::vector<double> values) {
-  std::ranges::sort(values);
-  // Of each value: how many lie from it up to twice the share above it.
-  std::vector<std::size_t> counts;
-  for (std::size_t first = 0, end = 0; first < values.size(); ++first) {
-    while (end < values.size() && values[end] <= values[first] * (1 + 2 * kSameWidth)) ++end;
-    counts.push_back(end - first);
-  }
-  if (counts.empty()) return 1;
-  const double many = kMany * double(*std::ranges::max_element(counts));
-  for (std::size_t first = counts.size(); first-- > 0;) {
-    if (double(counts[first]) < many) continue;
-    // The fullest window that overlaps this one is the middle of that group.
-    std::size_t best = first;
-    for (std::size_t i = first; i-- > 0 && values[i] * (1 + 2 * kSameWidth) >= values[first];) {
-      if (counts[i] > counts[best]) best = i;
-    }
-    return values[best + counts[best] / 2];
-  }
-  return 1;
-}
-
-/// Removes the sightings of landmarks that something hides in part, since their bearing is wrong by the part that is
-/// hidden. That makes them narrower and never wider, so that the greatest width on which many sightings agree is that
-/// of the whole landmark.
-void remove_narrow(std::vector<vision::CalibrationFrame>& frames, std::size_t landmarks) {
-  std::vector<std::vector<double>> shares(landmarks);
-  for (const vision::CalibrationFrame& frame : frames) {
-    for (const vision::LandmarkSighting& seen : frame.sightings) {
-      const auto& width = seen.sighting.width;
-      if (width) shares[seen.landmark].push_back(width->seen_px / width->expected_px);
-    }
-  }
-  std::vector<double> common;
-  common.reserve(landmarks);
-  for (const std::vector<double>& of : shares) common.push_back(largest_common(of));
-  for (vision::CalibrationFrame& frame : frames) {
-    std::erase_if(frame.sightings, [&](const vision::LandmarkSighting& seen) {
-      const auto& width = seen.sighting.width;
-      if (!width) return false;
-      const double limit_px = kNarrowSigmas * width->sigma_px + kNarrow_px + kSameWidth * width->expected_px;
-      return width->seen_px < common[seen.landmark] * width->expected_px - limit_px;
-    });
-  }
-}
-
-/// Measures the radii by the widths of the outlines, and states their sigma. Blur and the brightness beside an outline
-/// widen all outlines of a view by some tenth of a pixel: that is an unknown, too, which near and far landmarks
-/// separate from the radii.
-void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vector<Landmark>& landmarks) {
-  const auto count = Eigen::Index(landmarks.size());
-  // Unknowns: the true radius over the believed one, of each landmark; the widening of both views, px.
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count + 2, count + 2);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(count + 2);
-  std::vector<std::size_t> widths(landmarks.size(), 0);
-  for (Eigen::Index view = count; view < count + 2; ++view) normal(view, view) = 1 / (kWidening_px * kWidening_px);
-  for (const vision::CalibrationFrame& frame : frames) {
-    for (const vision::LandmarkSighting& seen : frame.sightings) {
-      const auto& width = seen.sighting.width;
-      if (!width) continue;
-      const auto i = Eigen::Index(seen.landmark);
-      const Eigen::Index view = count + (seen.side == vision::Side::kLower ? 0 : 1);
-      const double weight = 1 / (width->sigma_px * width->sigma_px + kWidthError_px * kWidthError_px);
-      normal(i, i) += weight * width->expected_px * width->expected_px;
-      normal(i, view) += weight * width->expected_px;
-      normal(view, i) += weight * width->expected_px;
-      normal(view, view) += weight;
-      right[i] += weight * width->expected_px * width->seen_px;
-      right[view] += weight * width->seen_px;
-      ++widths[seen.landmark];
-    }
-  }
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (widths[std::size_t(i)] == 0) normal(i, i) = 1;
-  }
-  const auto factor = normal.ldlt();
-  const Eigen::VectorXd answer = factor.solve(right);
-  const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(count + 2, count + 2));
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (widths[std::size_t(i)] == 0) continue;
-    Landmark& landmark = landmarks[std::size_t(i)];
-    // Few widths, and a widening of their own size, may give anything.
-    landmark.radius_m *= std::clamp(answer[i], 0.5, 2.0);
-    // The errors of one landmark's widths are those of its light, so that they do not average away over frames.
-    const double own = std::sqrt(covariance(i, i) * double(widths[std::size_t(i)]));
-    landmark.sigma.radius_m = landmark.radius_m * std::max(kLeastRadiusShare, own);
-  }
 }
 
 Error no_solver() {
@@ -372,8 +271,8 @@ struct RoundsStart {
 Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Robot& robot, const Settings& settings,
                      RoundsStart start, const std::function<void(double)>& notify) {
   const std::string name = runs.front().folder.string();
-  RoughMap* const rough = &start.rough;
-  std::vector<Landmark> landmarks = rough->landmarks;
+  RoughMap& rough = start.rough;
+  std::vector<Landmark> landmarks = rough.landmarks;
   for (Landmark& landmark : landmarks) landmark.sigma = start.by_hue ? kByBearings : kRough;
   std::vector<runlog::RunData> on_map = with_landmarks(runs, landmarks);
   calibrate::ChosenFrames chosen = frames_of(on_map, settings.frames);
@@ -411,14 +310,14 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
     problem.distortion_sigma = believed.distortion;
   }
   if (start.rig) solution.after = *start.rig;
-  std::vector<std::optional<Eigen::Vector3d>> poses = rough->poses;
+  std::vector<std::optional<Eigen::Vector3d>> poses = rough.poses;
   for (int round = 0; round < start.most_rounds; ++round) {
     std::vector<std::optional<Eigen::Vector3d>> expected = poses;
     if (start.by_hue && round == 0) std::ranges::fill(expected, std::nullopt);
     calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, expected,
                                                   [&](double done) { notify((round + done) / start.most_rounds); });
     if (!sighted.unreadable.empty()) return sighted.unreadable.front();
-    poses.front() = pose_at(rough->first, rough->twist, solution.after.exposures.front().late_s);
+    poses.front() = pose_at(rough.first, rough.twist, solution.after.exposures.front().late_s);
     for (std::size_t i = 0; i < sighted.frames.size(); ++i) sighted.frames[i].start = poses[i];
     const std::vector<Landmark> before = landmarks;
     auto distances = distances_of(settings.distances, landmarks);
@@ -435,7 +334,7 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
     if (result.verdict != vision::CalibrationVerdict::kOk) return refusal(result, name);
     solution.rounds = round + 1;
     if (const auto none = no_landmark(counted(landmarks, problem, result)); none && round + 1 < start.most_rounds) {
-      rough->left_out.push_back(none->second);
+      rough.left_out.push_back(none->second);
       landmarks.erase(landmarks.begin() + std::ptrdiff_t(none->first));
       if (landmarks.size() < 2) return refusal({}, name);
       for (runlog::RunData& run : on_map) run.map.landmarks = landmarks;
@@ -459,7 +358,7 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
   std::vector<SurveyedLandmark> surveyed = counted(landmarks, solution.problem, solution.result);
   Report report{.landmarks = std::move(surveyed),
                 .moved = {},
-                .left_out = rough->left_out,
+                .left_out = rough.left_out,
                 .solution = std::move(solution),
                 .calibrated = settings.calibrates,
                 .bounds = runs.front().map.bounds};

@@ -13,29 +13,16 @@ namespace {
 // Frames from one entry of the growing map to the next.
 constexpr std::uint64_t kMapEvery = 15;
 
-config::Map with_landmarks_if(bool keeps, config::Map map) {
-  if (!keeps) map.landmarks.clear();
-  if (!keeps) map.without_sigma.clear();
-  return map;
-}
-
-config::Robot with_choice_if(bool keeps, config::Robot robot) {
-  if (!keeps) robot.estimator.landmarks.clear();
-  return robot;
-}
-
 }  // namespace
 
 FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, Method method, bool maps)
-    : robot_(robot),
-      map_(with_landmarks_if(!maps, map)),
-      chain_{method, estimation::Estimator(method, with_choice_if(!maps, robot), map_),
-             estimation::Track(method, robot, map_)} {
+    : robot_(robot), map_(maps ? estimation::without_landmarks(map) : map), method_(method) {
   if (maps) {
     mapping_.emplace(robot, map);
     why_no_baseline_ = "method paper needs a map of landmarks";
     return;
   }
+  chain_.emplace(Chain{method, estimation::Estimator(method, robot, map), estimation::Track(method, robot, map)});
   if (method == Method::kPaper) return;
   try {
     baseline_.emplace(Chain{Method::kPaper, estimation::Estimator(Method::kPaper, robot, map),
@@ -75,6 +62,7 @@ Result<std::optional<Eigen::Vector2d>> FrameAnswers::map_on(const Image& lower, 
   if (!mapped) return mapped.error();
   const std::uint64_t frame = record.frame.frame;
   const double t_s = record.frame.t_s;
+  record.answer = runlog::to_rows(frame, t_s, {}, map_, record.truth ? &*record.truth : nullptr);  // no fix
   record.answer.track = runlog::to_row(frame, record.odometry.t_s, {}, mapped->track);
   record.answer.timing = runlog::to_row(frame, t_s, mapped->timing, false);
   if (frame % kMapEvery != 0) return mapped->track.position_m;
@@ -99,13 +87,15 @@ Result<std::optional<Eigen::Vector2d>> FrameAnswers::map_on(const Image& lower, 
 
 Result<std::optional<Eigen::Vector2d>> FrameAnswers::answer(const Image& lower, const Image& upper,
                                                             runlog::FrameRecord& record) {
-  const auto fix = answer(chain_, lower, upper, record, record.answer);
-  if (!fix) return fix.error();
-  std::optional<Eigen::Vector2d> position_m = is_place(*fix) ? fix->position_m : std::nullopt;
+  std::optional<Eigen::Vector2d> position_m;
   if (mapping_) {
     const auto mapped = map_on(lower, upper, record);
     if (!mapped) return mapped.error();
     position_m = *mapped;
+  } else {
+    const auto fix = answer(*chain_, lower, upper, record, record.answer);
+    if (!fix) return fix.error();
+    if (is_place(*fix)) position_m = fix->position_m;
   }
   timing_.push_back(*record.answer.timing);
   if (baseline_) {
@@ -117,7 +107,7 @@ Result<std::optional<Eigen::Vector2d>> FrameAnswers::answer(const Image& lower, 
 }
 
 std::optional<std::string> FrameAnswers::over_budget() const {
-  const auto budget_s = estimation::time_limit_of(chain_.method, robot_);
+  const auto budget_s = estimation::time_limit_of(method_, robot_);
   return budget_s ? runlog::budget_event(timing_, *budget_s) : std::nullopt;
 }
 

@@ -46,7 +46,8 @@ class FrameAnswers {
 
   const config::Robot& robot_;
   const config::Map map_;  ///< without landmarks where they are found on the way
-  Chain chain_;
+  const estimation::Method method_;
+  std::optional<Chain> chain_;  ///< empty where landmarks are found on the way
   std::optional<estimation::Mapping> mapping_;
   std::optional<Chain> baseline_;
   std::string why_no_baseline_;

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/survey/widths.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+namespace twocone::survey {
+namespace {
+
+// All widths of a view are widened by the same amount, whose prior sigma this is. One width has an error of its own
+// besides its noise. No radius is stated as better known than
+// kLeastRadiusShare of it.
+constexpr double kWidening_px = 0.3;
+constexpr double kWidthError_px = 0.1;
+constexpr double kLeastRadiusShare = 0.005;
+// Widths of one landmark agree within this share of them. A sighting is left out as hidden in part if it is narrower by
+// the three amounts together.
+constexpr double kSameWidth = 0.04;
+constexpr double kMany = 0.4;
+constexpr double kNarrowSigmas = 3;
+constexpr double kNarrow_px = 0.2;
+
+/// Returns the largest value about which many others lie within kSameWidth of it: kMany of the most that do so
+/// anywhere.
+double largest_common(std::vector<double> values) {
+  std::ranges::sort(values);
+  // Of each value: how many lie from it up to twice the share above it.
+  std::vector<std::size_t> counts;
+  for (std::size_t first = 0, end = 0; first < values.size(); ++first) {
+    while (end < values.size() && values[end] <= values[first] * (1 + 2 * kSameWidth)) ++end;
+    counts.push_back(end - first);
+  }
+  if (counts.empty()) return 1;
+  const double many = kMany * double(*std::ranges::max_element(counts));
+  for (std::size_t first = counts.size(); first-- > 0;) {
+    if (double(counts[first]) < many) continue;
+    // The fullest window that overlaps this one is the middle of that group.
+    std::size_t best = first;
+    for (std::size_t i = first; i-- > 0 && values[i] * (1 + 2 * kSameWidth) >= values[first];) {
+      if (counts[i] > counts[best]) best = i;
+    }
+    return values[best + counts[best] / 2];
+  }
+  return 1;
+}
+
+}  // namespace
+
+void remove_narrow(std::vector<vision::CalibrationFrame>& frames, std::size_t landmarks) {
+  std::vector<std::vector<double>> shares(landmarks);
+  for (const vision::CalibrationFrame& frame : frames) {
+    for (const vision::LandmarkSighting& seen : frame.sightings) {
+      const auto& width = seen.sighting.width;
+      if (width) shares[seen.landmark].push_back(width->seen_px / width->expected_px);
+    }
+  }
+  std::vector<double> common;
+  common.reserve(landmarks);
+  for (const std::vector<double>& of : shares) common.push_back(largest_common(of));
+  for (vision::CalibrationFrame& frame : frames) {
+    std::erase_if(frame.sightings, [&](const vision::LandmarkSighting& seen) {
+      const auto& width = seen.sighting.width;
+      if (!width) return false;
+      const double limit_px = kNarrowSigmas * width->sigma_px + kNarrow_px + kSameWidth * width->expected_px;
+      return width->seen_px < common[seen.landmark] * width->expected_px - limit_px;
+    });
+  }
+}
+
+void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vector<Landmark>& landmarks) {
+  const auto count = Eigen::Index(landmarks.size());
+  // Unknowns: the true radius over the believed one, of each landmark; the widening of both views, px.
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count + 2, count + 2);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(count + 2);
+  std::vector<std::size_t> widths(landmarks.size(), 0);
+  for (Eigen::Index view = count; view < count + 2; ++view) normal(view, view) = 1 / (kWidening_px * kWidening_px);
+  for (const vision::CalibrationFrame& frame : frames) {
+    for (const vision::LandmarkSighting& seen : frame.sightings) {
+      const auto& width = seen.sighting.width;
+      if (!width) continue;
+      const auto i = Eigen::Index(seen.landmark);
+      const Eigen::Index view = count + (seen.side == vision::Side::kLower ? 0 : 1);
+      const double weight = 1 / (width->sigma_px * width->sigma_px + kWidthError_px * kWidthError_px);
+      normal(i, i) += weight * width->expected_px * width->expected_px;
+      normal(i, view) += weight * width->expected_px;
+      normal(view, i) += weight * width->expected_px;
+      normal(view, view) += weight;
+      right[i] += weight * width->expected_px * width->seen_px;
+      right[view] += weight * width->seen_px;
+      ++widths[seen.landmark];
+    }
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (widths[std::size_t(i)] == 0) normal(i, i) = 1;
+  }
+  const auto factor = normal.ldlt();
+  const Eigen::VectorXd answer = factor.solve(right);
+  const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(count + 2, count + 2));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (widths[std::size_t(i)] == 0) continue;
+    Landmark& landmark = landmarks[std::size_t(i)];
+    // Few widths, and a widening of their own size, may give anything.
+    landmark.radius_m *= std::clamp(answer[i], 0.5, 2.0);
+    // The errors of one landmark's widths are those of its light, so that they do not average away over frames.
+    const double own = std::sqrt(covariance(i, i) * double(widths[std::size_t(i)]));
+    landmark.sigma.radius_m = landmark.radius_m * std::max(kLeastRadiusShare, own);
+  }
+}
+
+}  // namespace twocone::survey
