@@ -318,9 +318,10 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
   const std::string time_budget = budget_s ? fmt::format(" --budget-ms {:.12g}", *budget_s * 1e3) : "";
   const std::string renderer =
       info.renderer.empty() ? "" : " --renderer " + info.renderer.substr(0, info.renderer.find(' '));
-  return fmt::format("twocone run {} --behaviour {} --frames {} --method {}{}{} --seed {}{}{}", robot_options(robot),
+  return fmt::format("twocone run {} --behaviour {} --frames {} --method {}{}{} --seed {}{}{}{}", robot_options(robot),
                      shell_word(info.behaviour), info.frames_wanted, shell_word(method), time_budget, renderer,
-                     info.seed, info.truth ? " --truth" : "", info.real_time ? " --real-time" : "");
+                     info.seed, info.truth ? " --truth" : "", info.real_time ? " --real-time" : "",
+                     info.maps ? " --landmarks none" : "");
 }
 
 std::string table(const runlog::Summary& summary, const runlog::RunInfo& info, const config::Robot& robot,

@@ -74,6 +74,10 @@ void run_with(RunArguments options) {
     robot = options.robot.read();
     options.run.method =
         options.method.empty() ? estimation::method_of(robot) : estimation::method_named(options.method);
+    options.run.maps = !options.landmarks.empty();
+    if (options.run.maps && options.run.method == estimation::Method::kPaper) {
+      throw BadUsage("--landmarks none needs method outline: method paper has no way to find landmarks");
+    }
     if (options.budget_ms) robot = with_budget(std::move(robot), options);
     if (options.run.out.empty()) options.run.out = free_folder(robot.name, options.run);
   } else {
@@ -85,7 +89,6 @@ void run_with(RunArguments options) {
 
   // After a signal, the present frame is completed and the wheels stop.
   const std::atomic<bool>& stop = stop_on_signals();
-  options.run.maps = !options.landmarks.empty();
 
   {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));

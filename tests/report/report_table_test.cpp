@@ -256,6 +256,8 @@ TEST(RepeatCommand, NamesTruthAndPace) {
   runlog::RunInfo info = known_info();
   info.truth = info.real_time = true;
   EXPECT_TRUE(repeat_command(info, synthetic_robot(), "outline").ends_with(" --seed 7 --truth --real-time"));
+  info.maps = true;
+  EXPECT_TRUE(repeat_command(info, synthetic_robot(), "outline").ends_with(" --real-time --landmarks none"));
 }
 
 TEST(RepeatCommand, IsQuotedForTheShell) {
