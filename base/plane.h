@@ -57,21 +57,38 @@ struct LandmarkSigma {
   friend bool operator==(const LandmarkSigma&, const LandmarkSigma&) = default;
 };
 
+/// The printed bands round a cylinder, light and dark, that carry its number (vision/bands/band_code.h).
+struct Bands {
+  int number = 0;         ///< 1 to vision::kBandNumbers
+  double cell_m = 0.017;  ///< height of one of the equal cells, > 0; 16 cells of this default fit on a page of A4
+
+  friend bool operator==(const Bands&, const Bands&) = default;
+};
+
 /// An upright cylinder at a known place. World frame, metres.
 struct Landmark {
   std::string name{};
-  std::array<double, 3> colour{};  ///< linear rgb, each in [0, 1]; its hue identifies the landmark
-  double x_m = 0;                  ///< of the axis
+  /// Linear rgb, each in [0, 1]; its hue identifies the landmark. Of a banded landmark it has no meaning.
+  std::array<double, 3> colour{};
+  double x_m = 0;  ///< of the axis
   double y_m = 0;
   double radius_m = 0;  ///< > 0
-  double top_m = 0;     ///< height of the flat top above the floor, > 0
+  /// Height above the floor, > 0, of the circle that sightings are of: the rim of the flat top, or, of a banded
+  /// landmark, the line of its bands that the print marks.
+  double top_m = 0;
   /// Greatest distance of a robot from its axis, > radius_m, which limits how small the landmark can appear. Empty: it
   /// may be as small as the smallest object that method `outline` detects.
   std::optional<double> greatest_range_m{};
   LandmarkSigma sigma{};
+  std::optional<Bands> bands{};  ///< nothing: its hue identifies it
 
   friend bool operator==(const Landmark&, const Landmark&) = default;
 };
+
+/// Returns whether two landmarks have the same colour, or the same bands: whether they may be one.
+inline bool look_alike(const Landmark& a, const Landmark& b) {
+  return a.bands == b.bands && (a.bands || a.colour == b.colour);
+}
 
 namespace base {
 

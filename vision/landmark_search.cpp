@@ -7,8 +7,11 @@
 #include <numeric>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "base/errors.h"
 #include "base/plane.h"
+#include "vision/bands/band_finder.h"
 #include "vision/hue_labels.h"
 #include "vision/method_arguments.h"
 #include "vision/outline/view_fitter.h"
@@ -139,13 +142,24 @@ std::vector<Eigen::Vector3d> find_hues(const std::vector<MirrorImage>& images) {
   return colours;
 }
 
+Landmark looking_like(std::size_t hue, const std::vector<Eigen::Vector3d>& colours) {
+  if (hue >= kBandedHue) return Landmark{.bands = Bands{.number = static_cast<int>(hue - kBandedHue)}};
+  const Eigen::Vector3d& colour = colours.at(hue);
+  return Landmark{.colour = {colour.x(), colour.y(), colour.z()}};
+}
+
+std::string looks_of(const Landmark& landmark) {
+  return landmark.bands ? fmt::format("bands.{}", landmark.bands->number) : std::string(hue_name(landmark.colour));
+}
+
 struct LandmarkSearch::Impl {
   Impl(const Rig& rig, const std::vector<Eigen::Vector3d>& colours, cv::Size lower_size, cv::Size upper_size,
        const BeliefErrors& errors)
       : belief(rig, errors.rig),
         table(colours),
         wanted(colours.size(), true),
-        views{ViewFitter(belief.rig().lower, lower_size, table), ViewFitter(belief.rig().upper, upper_size, table)} {}
+        views{ViewFitter(belief.rig().lower, lower_size, table), ViewFitter(belief.rig().upper, upper_size, table)},
+        band_finders{BandFinder(belief.rig().lower, lower_size), BandFinder(belief.rig().upper, upper_size)} {}
 
   using Pair = std::array<const Candidate*, 2>;
 
@@ -172,9 +186,15 @@ struct LandmarkSearch::Impl {
     const double half_rad = pair[0]->area_px / (top_px * top_px - kLeastRadius_px * kLeastRadius_px);
     if (!(half_rad > 0) || half_rad > kWidest_rad / 2) return std::nullopt;
     thing.radius_m = *met.range_m * std::sin(half_rad);
+    return placed(thing, pair, *met.top_m, motion);
+  }
+
+  /// Places a thing of a known radius where the rays of both views to its top meet.
+  [[nodiscard]] std::optional<RoughLandmark> placed(RoughLandmark thing, const Pair& pair, double top_m,
+                                                    const std::optional<FrameMotion>& motion) const {
     std::array<Sighting, 2> seen;
     for (std::size_t view = 0; view < 2; ++view) {
-      const auto found = views[view].found(*pair[view], thing.radius_m, *met.top_m);
+      const auto found = views[view].found(*pair[view], thing.radius_m, top_m);
       if (!found) return std::nullopt;
       seen[view] = *found;
     }
@@ -185,20 +205,46 @@ struct LandmarkSearch::Impl {
         const auto& [stamp_late_s, readout_s] = belief.rig().exposures[view];
         const double late_s = (view == 1 ? motion->upper_later_s : 0) + stamp_late_s +
                               readout_share(seen[view], views[view].size().height) * readout_s;
-        const Landmark there{.radius_m = thing.radius_m, .top_m = *met.top_m};
+        const Landmark there{.radius_m = thing.radius_m, .top_m = top_m};
         thing.views[view].pixel_px =
             pixel_at_frame(of_view(belief.rig(), Side(view)), seen[view].pixel_px, there, motion->twist, late_s);
       }
     };
+    Triangulation met;
     for (int round = 0; round < 2; ++round) {
       to_frame();
       met = meet(thing.views, thing.radius_m);
       if (!is_thing(met)) return std::nullopt;
+      top_m = *met.top_m;
     }
     thing.range_m = *met.range_m;
     thing.bearing_rad = *met.bearing_rad;
     thing.top_m = *met.top_m;
     return thing;
+  }
+
+  /// Returns the banded things that both views read. One that a view reads twice is none.
+  [[nodiscard]] std::vector<RoughLandmark> banded_things(const cv::Mat& lower, const cv::Mat& upper,
+                                                         const std::optional<FrameMotion>& motion) const {
+    const std::array found{band_finders[0].find(lower), band_finders[1].find(upper)};
+    std::vector<RoughLandmark> things;
+    for (const BandCandidate& bands : found[0]) {
+      const auto is_same = [&](const BandCandidate& other) { return other.number == bands.number; };
+      const auto above = std::ranges::find_if(found[1], is_same);
+      if (above == found[1].end() || std::ranges::count_if(found[0], is_same) > 1 ||
+          std::ranges::count_if(found[1], is_same) > 1) {
+        continue;
+      }
+      const auto [distance_m, line_m] = band_finders[0].place_of(bands, Bands{}.cell_m);
+      const double half_rad = std::numbers::pi / BandFinder::kDirections * bands.candidate.area_px;
+      if (half_rad > kWidest_rad / 2 || !(distance_m > 0)) continue;
+      RoughLandmark thing{.hue = kBandedHue + std::size_t(bands.number)};
+      // The sine of the half angle is that of the radius over the distance to the axis.
+      thing.radius_m = distance_m * std::sin(half_rad) / (1 - std::sin(half_rad));
+      auto there = placed(thing, {&bands.candidate, &above->candidate}, line_m, motion);
+      if (there) things.push_back(std::move(*there));
+    }
+    return things;
   }
 
   /// Returns the pairs of candidates by how far apart their bearings are.
@@ -222,6 +268,7 @@ struct LandmarkSearch::Impl {
   ColourTable table;
   std::vector<bool> wanted;
   std::array<ViewFitter, 2> views;
+  std::array<BandFinder, 2> band_finders;
 };
 
 LandmarkSearch::LandmarkSearch(const Rig& rig, const std::vector<Eigen::Vector3d>& colours, cv::Size lower_size,
@@ -241,7 +288,7 @@ std::vector<RoughLandmark> LandmarkSearch::look(const cv::Mat& lower, const cv::
   check_image("LandmarkSearch", "upper", upper, impl_->views[1].size());
   const std::array<std::vector<Found>, 2> found{impl_->views[0].finder().find(lower, impl_->table, impl_->wanted),
                                                 impl_->views[1].finder().find(upper, impl_->table, impl_->wanted)};
-  std::vector<RoughLandmark> things;
+  std::vector<RoughLandmark> things = impl_->banded_things(lower, upper, motion);
   for (std::size_t hue = 0; hue < impl_->wanted.size(); ++hue) {
     std::vector<const Candidate*> taken;
     const auto is_taken = [&taken](const Candidate* c) { return std::ranges::find(taken, c) != taken.end(); };

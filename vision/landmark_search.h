@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,7 +15,8 @@
 #include "vision/ranging.h"
 #include "vision/uncertain_rig.h"
 
-/// Finds landmarks that no map lists: first the hues that stand out, then rough sightings of each thing of such a hue.
+/// Finds landmarks that no map lists: first the hues that stand out, then rough sightings of each thing of such a hue,
+/// and of each thing with bands.
 namespace twocone::vision {
 
 /// An image of a mirror, and where the mirror is in it.
@@ -30,15 +32,21 @@ struct MirrorImage {
 /// @throws std::invalid_argument for an image of another type
 std::vector<Eigen::Vector3d> find_hues(const std::vector<MirrorImage>& images);
 
-/// Finds things of given hues in both views of a frame.
+/// Returns a landmark with the colour or the bands of a RoughLandmark::hue. Bands have cells of the size that
+/// Bands::cell_m has by itself.
+Landmark looking_like(std::size_t hue, const std::vector<Eigen::Vector3d>& colours);
+/// Returns "red", or "bands.7" of a banded landmark.
+std::string looks_of(const Landmark& landmark);
+
+/// Finds things of given hues, and banded ones, in both views of a frame.
 ///
 /// Candidates of one hue in the two views are paired where their rays meet: the nearest bearings first, each candidate
 /// once. The height of the top is unknown, so that the range is that of the disparity. Things that the rim cuts, that
 /// one view alone shows, or that are too far for the disparity, are left out.
 class LandmarkSearch {
  public:
-  /// @param colours linear rgb, with a hue each @param errors of the rig; they count where the rays of views are
-  /// compared
+  /// @param colours linear rgb, with a hue each; none: banded things alone @param errors of the rig; they count where
+  /// the rays of views are compared
   /// @throws std::invalid_argument for colours without hue or sizes that are not > 0
   LandmarkSearch(const Rig& rig, const std::vector<Eigen::Vector3d>& colours, cv::Size lower_size, cv::Size upper_size,
                  const BeliefErrors& errors = {});

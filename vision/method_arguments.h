@@ -34,11 +34,13 @@ inline void check_radius(base::Complaints& bad, const Landmark& landmark) {
               landmark.radius_m);
 }
 
-/// Returns the landmarks' colours in their order, as HueLabels and ColourTable take them.
+/// Returns the landmarks' colours in their order, as HueLabels and ColourTable take them, without the banded ones.
 inline std::vector<Eigen::Vector3d> colours_of(const std::vector<Landmark>& landmarks) {
   std::vector<Eigen::Vector3d> colours;
   colours.reserve(landmarks.size());
-  for (const Landmark& landmark : landmarks) colours.emplace_back(landmark.colour.data());
+  for (const Landmark& landmark : landmarks) {
+    if (!landmark.bands) colours.emplace_back(landmark.colour.data());
+  }
   return colours;
 }
 

@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
 #include "base/errors.h"
 #include "base/plane.h"
+#include "vision/bands/band_code.h"
+#include "vision/bands/band_finder.h"
 #include "vision/method_arguments.h"
 #include "vision/outline/view_fitter.h"
 #include "vision/triangulation.h"
@@ -30,6 +33,11 @@ void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper)
   for (const Landmark& target : targets) {
     check_radius(bad, target);
     bad.require(base::is_positive(target.top_m), "top of '{}' is {} m, must be > 0", target.name, target.top_m);
+    if (target.bands &&
+        (target.bands->number < 1 || target.bands->number > kBandNumbers || !base::is_positive(target.bands->cell_m))) {
+      bad.add("bands of '{}' have number {} and cells of {} m, must be 1 to {} and > 0", target.name,
+              target.bands->number, target.bands->cell_m, kBandNumbers);
+    }
     if (target.greatest_range_m && !(*target.greatest_range_m > target.radius_m)) {
       bad.add("greatest range of '{}' is {} m, must be > its radius, {} m", target.name, *target.greatest_range_m,
               target.radius_m);
@@ -38,6 +46,10 @@ void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper)
   bad.raise("method outline");
 }
 
+// Bands whose line is farther from its height on the map than this many sigmas of their size, and the same share of
+// belief as below of a rig and map that are not exact, are another landmark's, or the map is wrong.
+constexpr double kBandSigmas = 6;
+constexpr double kDoubtfulLine = 0.02;
 // Views that differ by more sigmas of rig and map than this do not show the same landmark: by chance once in 700 cases.
 constexpr double kBeliefSigmas = 3;
 
@@ -45,12 +57,15 @@ constexpr double kBeliefSigmas = 3;
 struct Seen {
   std::array<OutlineSearch, 2> looks;
   std::array<std::optional<Sighting>, 2> found;
-  bool has_twins = false;  ///< other targets have its colour, and its place is not expected
+  std::array<Surface, 2> surfaces;
+  bool has_other_size = false;  ///< of bands: their own size contradicts the height of their line
+  bool has_twins = false;       ///< other targets have its colour, and its place is not expected
   bool has_rivals = false;
   bool is_too_wide = false;              ///< Rivals::kBeside in one view
   std::array<double, 2> width_doubts{};  ///< Cylinder::width_doubt of either view
   std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
   std::optional<Cylinder> expected;
+  std::optional<Cylinder> read;  ///< of a banded landmark: its place by the view that reads it
 };
 
 }  // namespace
@@ -63,13 +78,20 @@ std::string_view to_string(Stage stage) {
 
 namespace {
 
-/// Returns for each target the index of its colour among the distinct ones.
+constexpr std::size_t kNoHue = std::numeric_limits<std::size_t>::max();
+
+/// Returns for each target the index of its colour among the distinct ones; kNoHue of a banded one.
 std::vector<std::size_t> hues_of(const std::vector<Landmark>& targets) {
   std::vector<std::size_t> hues;
   std::size_t distinct = 0;
   for (std::size_t k = 0; k < targets.size(); ++k) {
-    const auto same = std::find_if(targets.begin(), targets.begin() + std::ptrdiff_t(k),
-                                   [&](const Landmark& other) { return other.colour == targets[k].colour; });
+    if (targets[k].bands) {
+      hues.push_back(kNoHue);
+      continue;
+    }
+    const auto same = std::find_if(targets.begin(), targets.begin() + std::ptrdiff_t(k), [&](const Landmark& other) {
+      return !other.bands && other.colour == targets[k].colour;
+    });
     const auto first = std::size_t(same - targets.begin());
     hues.push_back(first == k ? distinct++ : hues[first]);
   }
@@ -124,7 +146,16 @@ struct OutlineRanging::Impl {
       throw base::InvalidArgument("method outline: errors of {} landmarks, must be of {}", by_shared.size(),
                                   targets.size());
     }
-    for (const std::size_t k : which) wanted.at(k) = wanted_hues[hues.at(k)] = true;
+    for (const std::size_t k : which) {
+      wanted.at(k) = true;
+      if (hues[k] != kNoHue) wanted_hues[hues[k]] = true;
+    }
+    const auto is_banded = [](const Landmark& target) { return target.bands.has_value(); };
+    if (std::ranges::any_of(targets, is_banded)) {
+      for (const Side side : {Side::kLower, Side::kUpper}) {
+        band_finders.emplace_back(of_view(belief.rig(), side), views[std::size_t(side)].size());
+      }
+    }
     for (const Landmark& target : targets) {
       least_px.push_back({least_area_px(belief.rig().lower, target), least_area_px(belief.rig().upper, target)});
     }
@@ -179,8 +210,16 @@ struct OutlineRanging::Impl {
   }
 
   /// Returns whether another target has the same colour, or one that pixels cannot distinguish from it.
-  [[nodiscard]] bool is_same_colour(std::size_t k) const { return table.is_ambiguous(hues[k]); }
+  [[nodiscard]] bool is_same_colour(std::size_t k) const { return hues[k] != kNoHue && table.is_ambiguous(hues[k]); }
   [[nodiscard]] bool shares_hue(std::size_t k) const { return std::ranges::count(hues, hues[k]) > 1; }
+  [[nodiscard]] bool shares_number(std::size_t k) const {
+    return std::ranges::count_if(targets, [&](const Landmark& other) {
+             return other.bands && other.bands->number == targets[k].bands->number;
+           }) > 1;
+  }
+  [[nodiscard]] Surface surface_of(std::size_t k) const {
+    return {hues[k] != kNoHue ? static_cast<std::uint8_t>(hues[k] + 1) : std::uint8_t(0)};
+  }
 
   UncertainRig belief;
   BySharedErrors<kTimeNumbers> times;                       ///< BeliefErrors::times
@@ -190,6 +229,7 @@ struct OutlineRanging::Impl {
   std::vector<std::size_t> hues;  ///< of each target: index into the table's colours
   ColourTable table;
   std::array<ViewFitter, 2> views;
+  std::vector<BandFinder> band_finders;  ///< by Side; none without a banded target
   std::vector<bool> wanted;
   std::vector<bool> wanted_hues;                ///< by the table's colours
   std::vector<std::array<double, 2>> least_px;  ///< least_area_px() of each target in each view
@@ -209,8 +249,17 @@ struct FrameObservation::Impl {
       throw base::InvalidArgument("method outline: {} expected places, must be of {} targets or none", expected.size(),
                                   all.size());
     }
+    std::array<std::vector<BandCandidate>, 2> bands;
+    for (std::size_t view = 0; view < ranging.band_finders.size(); ++view) {
+      bands[view] = ranging.band_finders[view].find(images[view]);
+    }
     for (std::size_t k = 0; k < all.size(); ++k) {
+      all[k].surfaces.fill(ranging.surface_of(k));
       if (!ranging.wanted[k]) continue;
+      if (ranging.targets[k].bands) {
+        choose_bands(k, bands);
+        continue;
+      }
       const std::size_t hue = ranging.hues[k];
       if (!expected.empty() && expected[k]) {
         const std::array near{within_expected(k, 0, found[0][hue], *expected[k]),
@@ -256,6 +305,15 @@ struct FrameObservation::Impl {
     return alone.range_m ? std::optional(std::move(alone)) : std::nullopt;
   }
 
+  /// @param alone the place of a landmark by one view alone
+  [[nodiscard]] double width_doubt(std::size_t k, const Triangulation& alone) const {
+    const double by_range = alone.by_shared.row(0).norm() / *alone.range_m;
+    const double by_radius = ranging.by_shared[k].row(kRadius).norm() / ranging.targets[k].radius_m;
+    // The width is the image radius times 2 r / range, and an error of the image radius changes both: the sum of both
+    // effects is less than twice that of the range.
+    return std::hypot(2 * by_range, by_radius);
+  }
+
   /// Chooses the candidates of both views that may be one landmark.
   void choose(std::size_t k, const std::array<const Found*, 2>& found) {
     Seen& seen = all[k];
@@ -270,11 +328,7 @@ struct FrameObservation::Impl {
       chosen[view] = &found[view]->candidates.front();
       const std::optional<Triangulation> alone = alone_in(k, view, *chosen[view]);
       if (alone) {
-        const double by_range = alone->by_shared.row(0).norm() / *alone->range_m;
-        const double by_radius = ranging.by_shared[k].row(kRadius).norm() / target.radius_m;
-        // The width is the image radius times 2 r / range, and an error of the image radius changes both: the sum of
-        // both effects is less than twice that of the range.
-        seen.width_doubts[view] = std::hypot(2 * by_range, by_radius);
+        seen.width_doubts[view] = width_doubt(k, *alone);
         by_shared[view] = alone->by_shared.row(1);
       }
       const Rivals rivals =
@@ -298,6 +352,72 @@ struct FrameObservation::Impl {
     }
   }
 
+  /// Returns the number's candidate of a view that may be a landmark, and sets what others there are.
+  [[nodiscard]] const BandCandidate* chosen_bands(std::size_t k, std::size_t view,
+                                                  const std::vector<BandCandidate>& found) {
+    const Landmark& target = ranging.targets[k];
+    const BandCandidate* chosen = nullptr;
+    for (const BandCandidate& bands : found) {
+      if (bands.number != target.bands->number) continue;
+      // The line's height, and with it the distance by the line's ray, follows from the bands' own size.
+      const double line_m = ranging.band_finders[view].place_of(bands, target.bands->cell_m).line_m;
+      const double from_eye_m = target.bands->cell_m / bands.slope_per_cell * bands.line_slope;
+      const double by_size_m = kBandSigmas * bands.sigma * from_eye_m;
+      const double believed_m = ranging.is_exact(k) ? 0 : kBeliefSigmas * kDoubtfulLine * from_eye_m;
+      if (std::abs(line_m - target.top_m) > by_size_m + believed_m) {
+        all[k].has_other_size = true;
+        continue;
+      }
+      if (chosen == nullptr) {
+        chosen = &bands;
+        continue;
+      }
+      // What stands before a landmark may split it.
+      const double apart_rad = base::wrap_angle_rad(bands.candidate.angle_rad - chosen->candidate.angle_rad);
+      if (std::abs(apart_rad) <= kSameBearing_rad) continue;
+      all[k].has_rivals = true;
+      return nullptr;
+    }
+    return chosen;
+  }
+
+  /// Chooses the candidates of both views that show the number of a banded landmark. Where one view alone reads it, the
+  /// other one's is where the first one's place is seen.
+  void choose_bands(std::size_t k, const std::array<std::vector<BandCandidate>, 2>& found) {
+    Seen& seen = all[k];
+    const Landmark& target = ranging.targets[k];
+    seen.has_twins = ranging.shares_number(k);
+    if (seen.has_twins) return;
+    std::array<const BandCandidate*, 2> chosen{chosen_bands(k, 0, found[0]), chosen_bands(k, 1, found[1])};
+    if (seen.has_rivals || (chosen[0] == nullptr && chosen[1] == nullptr)) return;
+    seen.has_other_size = false;
+    const std::size_t reading = chosen[0] != nullptr ? 0 : 1;
+    seen.read = ranging.views[reading].place(chosen[reading]->candidate, target.radius_m, target.top_m);
+    for (std::size_t view = 0; view < 2; ++view) {
+      OutlineSearch& look = seen.looks[view];
+      if (chosen[view] != nullptr) {
+        look.candidate = chosen[view]->candidate;
+        seen.found[view] = ranging.views[view].found(*look.candidate, target.radius_m, target.top_m);
+      } else if (seen.read) {
+        look.candidate = candidate_at(view, seen.read->place_m(), target);
+      }
+      const auto alone = look.candidate ? alone_in(k, view, *look.candidate) : std::nullopt;
+      if (alone) seen.width_doubts[view] = width_doubt(k, *alone);
+      seen.surfaces[view].limit_of_light = chosen[chosen[view] != nullptr ? view : reading]->limit;
+    }
+  }
+
+  /// Returns where a view shows the near point of a landmark at a place.
+  [[nodiscard]] std::optional<Candidate> candidate_at(std::size_t view, const Eigen::Vector2d& place_m,
+                                                      const Landmark& target) const {
+    const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
+    const auto near_m = near_top_point(mirror, place_m, target.radius_m, target.top_m);
+    const auto shown = near_m ? mirror.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+    if (!shown) return std::nullopt;
+    const Eigen::Vector2d from_tip = shown->pixel_px - mirror.settings().centre_px;
+    return Candidate{.angle_rad = std::atan2(from_tip.y(), from_tip.x()), .top_px = from_tip.norm()};
+  }
+
   void set_doubts(std::size_t k, std::size_t view, const Candidate& candidate, Cylinder& cylinder) const {
     if (ranging.is_exact(k)) return;
     cylinder.width_doubt = all[k].width_doubts[view];
@@ -312,16 +432,19 @@ struct FrameObservation::Impl {
     if (!look.candidate || look.is_truncated) return;
     const Landmark& target = ranging.targets[k];
     const ViewFitter& fitter = ranging.views[view];
-    const OutlineTask task{ranging.hues[k], images[view], look, edge_samples};
+    const OutlineTask task{seen.surfaces[view], images[view], look, edge_samples};
     if (seen.expected) {
       const auto common = stage == Stage::kFine ? ViewFitter::common(looks(view)) : std::nullopt;
       Cylinder expected = ranging.when_exposed(view, *seen.expected, motion);
+      expected.bands = target.bands;
       set_doubts(k, view, *look.candidate, expected);
       const bool is_there = common ? fitter.fit_expected(task, expected, *common) : fitter.fit_near(task, expected);
       if (is_there) return;
     }
     auto start = fitter.place(*look.candidate, target.radius_m, target.top_m);
+    if (!start) start = seen.read;
     if (!start) return;
+    start->bands = target.bands;
     set_doubts(k, view, *look.candidate, *start);
     fitter.fit_coarse(task, *start);
   }
@@ -332,7 +455,7 @@ struct FrameObservation::Impl {
       all[k].stages[view] = Stage::kFine;
       OutlineSearch& look = all[k].looks[view];
       if (common && look.fit && !look.is_fine) {
-        ranging.views[view].fit_fine({ranging.hues[k], images[view], look, edge_samples}, *common);
+        ranging.views[view].fit_fine({all[k].surfaces[view], images[view], look, edge_samples}, *common);
       }
     }
   }
@@ -348,6 +471,7 @@ struct FrameObservation::Impl {
   /// range that contradicts the landmark's width.
   [[nodiscard]] bool shows_another_top(std::size_t k, const Seen& seen) const {
     const Landmark& target = ranging.targets[k];
+    if (target.bands) return false;
     std::array<OutlineSearch, 2> looks;
     std::array<Sighting, 2> sightings;
     for (std::size_t view = 0; view < 2; ++view) {
@@ -369,7 +493,7 @@ struct FrameObservation::Impl {
       for (std::size_t view = 0; view < 2; ++view) {
         const ViewFitter& fitter = ranging.views[view];
         const Candidate& candidate = *looks[view].candidate;
-        fitter.fit_coarse({ranging.hues[k], images[view], looks[view], own_samples}, start);
+        fitter.fit_coarse({seen.surfaces[view], images[view], looks[view], own_samples}, start);
         const OutlineVerdict judged = ViewFitter::judge({&looks[view]}).front();
         if (judged.sighting) {
           if (judged.is_narrow || judged.is_wide) return false;
@@ -389,6 +513,14 @@ struct FrameObservation::Impl {
            place(target.top_m).verdict == RangeVerdict::kInconsistent;
   }
 
+  /// Leaves out views in which the line of bands lies beyond the rim, though bands below it are seen: there is no ray.
+  void leave_out_beyond_rims(std::array<OutlineVerdict, 2>& judged) const {
+    for (const Side side : {Side::kLower, Side::kUpper}) {
+      std::optional<Sighting>& sighting = judged[std::size_t(side)].sighting;
+      if (sighting && !of_view(ranging.belief.rig(), side).back_project(sighting->pixel_px)) sighting.reset();
+    }
+  }
+
   [[nodiscard]] RangeMeasurement conclude(std::size_t k, const Seen& seen,
                                           const std::array<OutlineVerdict, 2>& judged) const {
     RangeMeasurement m;
@@ -397,6 +529,7 @@ struct FrameObservation::Impl {
     if (!ranging.wanted[k]) return m;
     if (ranging.is_same_colour(k) || seen.has_twins) return with_verdict(m, RangeVerdict::kSameColour);
     if (seen.has_rivals) return with_verdict(m, RangeVerdict::kTwoCandidates);
+    if (seen.has_other_size) return with_verdict(m, RangeVerdict::kInconsistent);
     if (seen.is_too_wide) {
       return with_verdict(m, shows_another_top(k, seen) ? RangeVerdict::kInconsistent : RangeVerdict::kTwoCandidates);
     }
@@ -424,11 +557,11 @@ struct FrameObservation::Impl {
     if (t.verdict == RangeVerdict::kOneView) {
       // No occlusion makes a landmark wider than it is at its range: the top is not at the height of the map.
       if (lower.sighting ? lower.is_wide : upper.is_wide) return with_verdict(m, RangeVerdict::kInconsistent);
-      // No other view shows whether the top is whole.
+      // No other view shows whether the top is whole. Bands that were read are.
       const std::size_t shown = lower.sighting ? 0 : 1;
       const auto& fit = seen.looks[shown].fit;
-      if (is_narrow ||
-          (is_part_hidden(seen.looks[1 - shown], judged[1 - shown]) && fit && rim_width_px(*fit) < kTellingWidth_px)) {
+      if (is_narrow || (!ranging.targets[k].bands && is_part_hidden(seen.looks[1 - shown], judged[1 - shown]) && fit &&
+                        rim_width_px(*fit) < kTellingWidth_px)) {
         return with_verdict(m, RangeVerdict::kOccluded);
       }
     }
@@ -497,6 +630,7 @@ std::vector<RangeMeasurement> FrameObservation::measurements() const {
       both[view] =
           impl_->all[k].stages[view] == Stage::kFound ? OutlineVerdict{impl_->all[k].found[view]} : judged[view][k];
     }
+    if (impl_->ranging.targets[k].bands) impl_->leave_out_beyond_rims(both);
     measurements.push_back(impl_->conclude(k, impl_->all[k], both));
   }
   return measurements;

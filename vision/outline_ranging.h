@@ -86,6 +86,13 @@ class FrameObservation {
 /// 3. The covariance is that of the fit, scaled by the observed scatter of the edge samples along the outlines. It is
 ///    widened where the two sides are farther apart, or nearer, than those of the cylinder.
 /// 4. While the body moves, pixels are moved to where the frame's time would have shown them (pixel_at_frame).
+///
+/// A banded landmark (Landmark::bands) is read instead by bands/band_finder.h, where all its bands are in the mirror; a
+/// view that cannot read them looks where the other one reads them. What is fitted are the edges of its bands, between
+/// light and dark of its own, and its sides. It has no rivals but a second one of its number, needs no top inside the
+/// mirror, and whatever hue its surroundings have. Bands whose own size contradicts the height of their line are
+/// kInconsistent.
+///
 /// 5. triangulate() combines the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
 ///    kInconsistent is also the verdict where the map's height and radius are contradicted: both views show the whole
 ///    top, but at another height than the map's, however different; or the only view with an outline shows the landmark
@@ -105,9 +112,9 @@ class OutlineRanging {
   /// @param wanted indices of the targets to search for; empty: all. The hues of the others are still distinguished
   /// from theirs, and the verdict of the others is kNotSeen.
   /// @param errors of rig and targets, which count in covariances and in all comparisons of the views
-  /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue, or whose radius or top is
-  /// not > 0, or whose greatest range is not greater than the radius; std::out_of_range for a wanted index that is not
-  /// a target
+  /// @throws std::invalid_argument for sizes that are not > 0 and for targets without hue or bands, or whose radius or
+  /// top is not > 0, or whose greatest range is not greater than the radius; std::out_of_range for a wanted index that
+  /// is not a target
   OutlineRanging(const Rig& rig, const std::vector<Landmark>& targets, cv::Size lower_size, cv::Size upper_size,
                  const std::vector<std::size_t>& wanted = {}, const BeliefErrors& errors = {});
 

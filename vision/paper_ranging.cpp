@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "base/errors.h"
 #include "vision/method_arguments.h"
@@ -154,8 +155,12 @@ std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const 
 RangeMeasurement PaperRanging::measure_one(std::size_t target, const cv::Mat& lower_labels,
                                            const cv::Mat& upper_labels) const {
   RangeMeasurement m;
-  if (hues_.is_ambiguous(target)) return with_verdict(m, RangeVerdict::kSameColour);
-  const int label = static_cast<int>(target) + 1;
+  // The paper's landmarks are told apart by their hues: bands are not seen.
+  if (targets_[target].bands) return m;
+  const auto before = std::span(targets_).first(target);
+  const auto hue = std::size_t(std::ranges::count_if(before, [](const Landmark& l) { return !l.bands; }));
+  if (hues_.is_ambiguous(hue)) return with_verdict(m, RangeVerdict::kSameColour);
+  const int label = static_cast<int>(hue) + 1;
   const MirrorView& lower = rig_.lower;
   const MirrorView& upper = rig_.upper;
 

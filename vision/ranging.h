@@ -114,9 +114,13 @@ struct RangeMeasurement {
   std::optional<Sighting> upper_sighting;
 };
 
-/// What both views show of an upright thing of one colour, located to a pixel or so in each (outline/finder.h).
+/// RoughLandmark::hue of banded things begins here: in place of a hue they have a number.
+constexpr std::size_t kBandedHue = 1000;
+
+/// What both views show of an upright thing of one colour, or with bands, located to a pixel or so in each
+/// (outline/finder.h).
 struct RoughLandmark {
-  std::size_t hue = 0;              ///< index into the colours of LandmarkSearch
+  std::size_t hue = 0;  ///< index into the colours of LandmarkSearch, or kBandedHue + the number of its bands
   std::array<Sighting, 2> views{};  ///< of the near point of its top, at the frame's time: lower, upper
   double range_m = 0;               ///< to its axis, from the disparity
   double bearing_rad = 0;           ///< body frame

@@ -10,6 +10,7 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/config/yaml/yaml_reader.h"
+#include "vision/bands/band_code.h"
 
 namespace twocone::config {
 namespace {
@@ -43,13 +44,31 @@ std::optional<LandmarkSigma> read_sigma(Section& section, std::string_view key) 
   return LandmarkSigma{s[0], s[1], s[2], s[3]};
 }
 
+void read_bands(Section& section, Landmark& landmark) {
+  Bands bands;
+  const Range numbers{.least = 1, .greatest = vision::kBandNumbers};
+  section.whole("bands", {"the number of its bands (twocone print-bands)", kNoUnit, numbers}, bands.number);
+  section.number("cell_m", {"height of a cell of its bands", kMetres, kAboveZero}, bands.cell_m, Need::kOptional);
+  section.number("line_m", {"height above the floor of the line that the print marks", kMetres, kAboveZero},
+                 landmark.top_m);
+  if (section.has("colour")) section.complain("colour", kNoUnit, "absent: its bands identify it");
+  if (section.has("top_m")) section.complain("top_m", kMetres, "absent: line_m is the height that is measured");
+  landmark.bands = bands;
+}
+
 Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
   Landmark landmark;
   section.text("name", "the landmark's name", landmark.name);
-  if (section.numbers("colour", kColour, landmark.colour)) {
-    const auto [least, greatest] = std::ranges::minmax_element(landmark.colour);
-    if (*least == *greatest)
-      section.complain("colour", kNoUnit, "a colour with a hue, not grey: the hue identifies it");
+  if (section.has("bands")) {
+    read_bands(section, landmark);
+  } else {
+    if (section.numbers("colour", kColour, landmark.colour)) {
+      const auto [least, greatest] = std::ranges::minmax_element(landmark.colour);
+      if (*least == *greatest) {
+        section.complain("colour", kNoUnit, "a colour with a hue, not grey: the hue identifies it, or bands: NUMBER");
+      }
+    }
+    section.number("top_m", {"height of its top above the floor", kMetres, kAboveZero}, landmark.top_m);
   }
   const auto read_place = [&](std::string_view key, std::string_view what, double& value, double least, double greatest,
                               std::string_view side) {
@@ -62,7 +81,6 @@ Landmark read_landmark(Section& section, const std::optional<Bounds>& bounds) {
   read_place("x_m", "x of its axis", landmark.x_m, within.min_x_m, within.max_x_m, "x");
   read_place("y_m", "y of its axis", landmark.y_m, within.min_y_m, within.max_y_m, "y");
   section.number("radius_m", {"its radius", kMetres, kAboveZero}, landmark.radius_m);
-  section.number("top_m", {"height of its top above the floor", kMetres, kAboveZero}, landmark.top_m);
   return landmark;
 }
 
@@ -73,6 +91,12 @@ void read_landmarks(Section& map, const std::optional<Bounds>& bounds, Map& read
     Landmark landmark = read_landmark(*section, bounds);
     if (!landmark.name.empty() && std::ranges::find(landmarks, landmark.name, &Landmark::name) != landmarks.end()) {
       section->complain("name", kNoUnit, "unlike every other landmark's");
+    }
+    const auto has_number = [&](const Landmark& other) {
+      return other.bands && landmark.bands && other.bands->number == landmark.bands->number;
+    };
+    if (std::ranges::any_of(landmarks, has_number)) {
+      section->complain("bands", kNoUnit, "unlike every other landmark's: the number identifies it");
     }
     const std::optional<LandmarkSigma> own = read_sigma(*section, "sigma_m");
     if (!own && !common) read.without_sigma.push_back(landmark.name);

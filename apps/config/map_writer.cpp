@@ -19,11 +19,16 @@ YAML::Node node_of(const Landmark& landmark) {
   YAML::Node node;
   node.SetStyle(YAML::EmitterStyle::Flow);
   node["name"] = landmark.name;
-  node["colour"] = list_of(landmark.colour);
+  if (landmark.bands) {
+    node["bands"] = landmark.bands->number;
+    if (landmark.bands->cell_m != Bands{}.cell_m) node["cell_m"] = text_of(landmark.bands->cell_m);
+  } else {
+    node["colour"] = list_of(landmark.colour);
+  }
   node["x_m"] = text_of(landmark.x_m);
   node["y_m"] = text_of(landmark.y_m);
   node["radius_m"] = text_of(landmark.radius_m);
-  node["top_m"] = text_of(landmark.top_m);
+  node[landmark.bands ? "line_m" : "top_m"] = text_of(landmark.top_m);
   node["sigma_m"] = node_of(landmark.sigma);
   return node;
 }

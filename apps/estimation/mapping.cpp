@@ -103,16 +103,15 @@ void Mapping::find_hues(const cv::Mat& lower, const cv::Mat& upper) {
 MappedLandmark Mapping::landmark(std::size_t index) const {
   const localisation::FoundLandmark found = filter_.landmark(index);
   const Eigen::Vector4d sigma = found.covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  const Eigen::Vector3d& colour = colours_[found.hue];
+  Landmark landmark = vision::looking_like(found.hue, colours_);
+  landmark.name = follows_[index].name;
+  landmark.x_m = found.numbers[vision::kPlaceX];
+  landmark.y_m = found.numbers[vision::kPlaceY];
+  landmark.radius_m = found.numbers[vision::kRadius];
+  landmark.top_m = found.numbers[vision::kTop];
+  landmark.sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop], sigma[vision::kRadius]};
   return {.name = follows_[index].name,
-          .landmark = {.name = follows_[index].name,
-                       .colour = {colour.x(), colour.y(), colour.z()},
-                       .x_m = found.numbers[vision::kPlaceX],
-                       .y_m = found.numbers[vision::kPlaceY],
-                       .radius_m = found.numbers[vision::kRadius],
-                       .top_m = found.numbers[vision::kTop],
-                       .sigma = {sigma[vision::kPlaceX], sigma[vision::kPlaceY], sigma[vision::kTop],
-                                 sigma[vision::kRadius]}},
+          .landmark = std::move(landmark),
           .place_m2 = found.covariance.topLeftCorner<2, 2>(),
           .sightings = found.sightings};
 }
@@ -198,9 +197,10 @@ bool Mapping::is_known(const vision::RoughLandmark& thing, const std::vector<vis
 
 void Mapping::follow() {
   while (follows_.size() < filter_.size()) {
-    const Eigen::Vector3d& colour = colours_[filter_.landmark(follows_.size()).hue];
-    const std::string name(vision::hue_name({colour.x(), colour.y(), colour.z()}));
-    follows_.push_back({.name = fmt::format("{}.{}", name, ++numbers_[name])});
+    const Landmark looks = vision::looking_like(filter_.landmark(follows_.size()).hue, colours_);
+    std::string name = vision::looks_of(looks);
+    if (!looks.bands) name += fmt::format(".{}", ++numbers_[name]);
+    follows_.push_back({.name = std::move(name)});
   }
   const localisation::Pose pose = filter_.pose().pose;
   for (std::size_t i = filter_.size(); i-- > 0;) {

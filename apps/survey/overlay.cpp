@@ -19,7 +19,7 @@ constexpr double kSamePlace_m = 0.35;
 std::optional<std::size_t> same_landmark(const Landmark& landmark, const std::vector<Landmark>& among) {
   for (std::size_t i = 0; i < among.size(); ++i) {
     const bool is_near = (vision::place_m(among[i]) - vision::place_m(landmark)).norm() < kSamePlace_m;
-    if (is_near && among[i].colour == landmark.colour) return i;
+    if (is_near && look_alike(among[i], landmark)) return i;
   }
   return std::nullopt;
 }
@@ -42,7 +42,7 @@ Eigen::Vector3d Overlay::moved(const Pose2& pose) const {
 
 Overlay best_overlay(const std::vector<Landmark>& landmarks, const std::vector<Landmark>& onto) {
   Overlay best;
-  const auto is_pair = [](const Landmark& a, const Landmark& b) { return a.colour == b.colour && !a.name.empty(); };
+  const auto is_pair = [](const Landmark& a, const Landmark& b) { return look_alike(a, b) && !a.name.empty(); };
   for (const Landmark& a : landmarks) {
     for (const Landmark& b : landmarks) {
       for (const Landmark& c : onto) {

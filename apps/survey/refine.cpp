@@ -162,7 +162,11 @@ class Differences {
 /// Returns the landmarks with the colours of the surveyed ones of their hue.
 std::vector<Landmark> with_colours_of(std::vector<Landmark> landmarks, const std::vector<Landmark>& surveyed) {
   for (Landmark& landmark : landmarks) {
-    const auto apart = [&](const Landmark& other) { return vision::hue_distance_rad(other.colour, landmark.colour); };
+    if (landmark.bands) continue;
+    const auto apart = [&](const Landmark& other) {
+      return other.bands ? std::numeric_limits<double>::infinity()
+                         : vision::hue_distance_rad(other.colour, landmark.colour);
+    };
     const auto nearest = std::ranges::min_element(surveyed, {}, apart);
     if (nearest != surveyed.end() && apart(*nearest) < kSameHue_rad) landmark.colour = nearest->colour;
   }
@@ -185,7 +189,7 @@ std::vector<Pair> pairs_of(const std::vector<Landmark>& surveyed, const Overlay&
     if (std::ranges::find(pairs, i, &Pair::measured) != pairs.end()) continue;
     std::vector<std::size_t> like;
     for (std::size_t k = 0; k < surveyed.size(); ++k) {
-      if (surveyed[k].colour == measured[i].colour && !is_taken(k)) like.push_back(k);
+      if (look_alike(surveyed[k], measured[i]) && !is_taken(k)) like.push_back(k);
     }
     if (like.size() == 1) pairs.push_back({i, like.front()});
   }

@@ -156,7 +156,7 @@ void merge_twins(RunMap& map) {
   }
 }
 
-/// Returns what a filter found as a landmark, named by its hue alone; without a name if too few frames show it.
+/// Returns what a filter found as a landmark, named by its looks alone; without a name if too few frames show it.
 Landmark to_landmark(const localisation::FoundLandmark& found, const std::vector<std::vector<Tie>>& ties,
                      std::size_t index, const std::vector<Eigen::Vector3d>& colours) {
   // What hides a part of a landmark makes it thinner, and never thicker.
@@ -167,13 +167,12 @@ Landmark to_landmark(const localisation::FoundLandmark& found, const std::vector
       if (tie.landmark == index) radii_m.push_back(tie.thing.radius_m);
     }
   }
-  const Eigen::Vector3d& c = colours[found.hue];
-  Landmark landmark{.colour = {c.x(), c.y(), c.z()},
-                    .x_m = found.numbers[vision::kPlaceX],
-                    .y_m = found.numbers[vision::kPlaceY],
-                    .radius_m = radii_m.empty() ? found.numbers[vision::kRadius] : base::quantile(radii_m, kWidest),
-                    .top_m = found.numbers[vision::kTop]};
-  if (found.sightings >= kLeastSightings) landmark.name = std::string(vision::hue_name(landmark.colour));
+  Landmark landmark = vision::looking_like(found.hue, colours);
+  landmark.x_m = found.numbers[vision::kPlaceX];
+  landmark.y_m = found.numbers[vision::kPlaceY];
+  landmark.radius_m = radii_m.empty() ? found.numbers[vision::kRadius] : base::quantile(radii_m, kWidest);
+  landmark.top_m = found.numbers[vision::kTop];
+  if (found.sightings >= kLeastSightings) landmark.name = vision::looks_of(landmark);
   return landmark;
 }
 
@@ -204,9 +203,8 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
       const localisation::FoundLandmark& found = own->landmarks[i];
       if (found.sightings == 0 || !landmarks.back().name.empty()) continue;
       map.left_out.push_back(fmt::format("{}: something {} at ({:.2f}, {:.2f}) m was seen in {} of {} frames only",
-                                         run.folder.string(), vision::hue_name(landmarks.back().colour),
-                                         landmarks.back().x_m, landmarks.back().y_m, found.sightings,
-                                         own->poses.size()));
+                                         run.folder.string(), vision::looks_of(landmarks.back()), landmarks.back().x_m,
+                                         landmarks.back().y_m, found.sightings, own->poses.size()));
     }
     Overlay overlay;
     if (&run == &runs.front()) {
@@ -229,7 +227,7 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
       index_of.back() = same_landmark(landmark, map.landmarks);
       if (index_of.back()) continue;
       index_of.back() = map.landmarks.size();
-      landmark.name = fmt::format("{}.{}", landmark.name, ++numbers[landmark.name]);
+      if (!landmark.bands) landmark.name = fmt::format("{}.{}", landmark.name, ++numbers[landmark.name]);
       map.landmarks.push_back(landmark);
     }
     std::vector<Eigen::Vector2d> places_m;
@@ -243,9 +241,10 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
     }
   }
   if (map.landmarks.size() < 2) {
-    return Error(ErrorCode::kBadData,
-                 "{}: {} landmarks of a vivid colour were found in the images, a survey needs two or more",
-                 runs.front().folder.string(), map.landmarks.size());
+    return Error(
+        ErrorCode::kBadData,
+        "{}: {} landmarks of a vivid colour or with bands were found in the images, a survey needs two or more",
+        runs.front().folder.string(), map.landmarks.size());
   }
   return map;
 }

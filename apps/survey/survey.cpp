@@ -17,7 +17,7 @@
 #include "apps/survey/widths.h"
 #include "base/errors.h"
 #include "localisation/odometry.h"
-#include "vision/hue_labels.h"
+#include "vision/landmark_search.h"
 #include "vision/uncertain_rig.h"
 
 namespace twocone::survey {
@@ -154,7 +154,7 @@ std::optional<std::pair<std::size_t, std::string>> no_landmark(const std::vector
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const SurveyedLandmark& one = landmarks[i];
     for (const SurveyedLandmark& other : landmarks) {
-      const bool is_twin = &other != &one && other.landmark.colour == one.landmark.colour &&
+      const bool is_twin = &other != &one && look_alike(other.landmark, one.landmark) &&
                            (vision::place_m(other.landmark) - vision::place_m(one.landmark)).norm() < kOnePlace_m;
       if (is_twin && (one.sightings < other.sightings || (one.sightings == other.sightings && &other < &one))) {
         return std::pair(i, fmt::format("{} is {}: they came to one place", one.landmark.name, other.landmark.name));
@@ -196,13 +196,14 @@ Result<std::vector<vision::MeasuredDistance>> distances_of(const std::vector<Tap
 }
 
 /// Returns a name for a landmark that the measured map does not have.
-std::string new_name(const std::string& hue, const std::vector<Landmark>& measured) {
+std::string new_name(const Landmark& landmark, const std::vector<Landmark>& measured) {
   const auto is_taken = [&](const std::string& name) {
     return std::ranges::find(measured, name, &Landmark::name) != measured.end();
   };
   for (int number = 1;; ++number) {
-    std::string name = fmt::format("{}.{}", hue, number);
-    if (!is_taken(name)) return name;
+    std::string name = vision::looks_of(landmark);
+    if (!landmark.bands) name += fmt::format(".{}", number);
+    if (!is_taken(name) || landmark.bands) return name;
   }
 }
 
@@ -231,7 +232,7 @@ std::optional<Error> refine(const std::vector<Landmark>& measured, const config:
     if (std::isinf(sigma.top_m)) {
       sigma.top_m = kTopSigma_m;
       sigma.radius_m = surveyed[i].sigma.radius_m;
-      landmark.name = new_name(std::string(vision::hue_name(landmark.colour)), named);
+      landmark.name = new_name(landmark, named);
       named.push_back(landmark);
     }
     if (std::isinf(sigma.x_m)) sigma.x_m = sigma.y_m = kPlaceSigma_m;

@@ -282,7 +282,7 @@ TEST(OutlineStages, AFineFitThatStartsAPixelOffEndsWhereTheOthersDo) {
       if (found[k].candidates.empty() || found[k].candidates.front().at_rim) continue;
       OutlineSearch look;
       look.candidate = found[k].candidates.front();
-      const OutlineTask task{k, frame.lower, look, samples};
+      const OutlineTask task{Surface{static_cast<std::uint8_t>(k + 1)}, frame.lower, look, samples};
       const auto start = fitter.place(*look.candidate, lab.targets[k].radius_m, lab.targets[k].top_m);
       if (!start) continue;
       fitter.fit_coarse(task, *start);
@@ -291,7 +291,7 @@ TEST(OutlineStages, AFineFitThatStartsAPixelOffEndsWhereTheOthersDo) {
       OutlineSearch off = look;
       off.fit->cylinder.range_m += 1 / look.fit->outline.near().by_range_pxpm.norm();
       fitter.fit_fine(task, *common);
-      fitter.fit_fine({k, frame.lower, off, samples}, *common);
+      fitter.fit_fine({Surface{static_cast<std::uint8_t>(k + 1)}, frame.lower, off, samples}, *common);
       ASSERT_TRUE(look.fit && off.fit);
       const double apart_m = off.fit->cylinder.range_m - look.fit->cylinder.range_m;
       EXPECT_LT(std::abs(apart_m) * look.fit->outline.near().by_range_pxpm.norm(), 0.03) << "landmark " << k;

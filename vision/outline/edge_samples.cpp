@@ -11,6 +11,11 @@ namespace {
 // Least contrast in grey levels: below it, an edge carries less information than noise. Tuned by hand on synthetic
 // images; no test fixes it.
 constexpr double kLeastContrast = 8;
+// A pixel shows a band alone from this distance of its edge on, in widths of an edge: half a pixel's diagonal.
+constexpr double kClear = 0.7;
+// Least difference of the light on both sides of a band's side, as a share of the larger one.
+constexpr float kLeastDifference = 0.5F;
+constexpr double kDeep_px = 1e6;  // the band's own ends limit what is read across an edge between bands
 // A colour is the mean over this number of further rows or columns to either side. Tuned by hand on synthetic images;
 // no test fixes it.
 constexpr std::size_t kNeighbours = 1;
@@ -62,14 +67,18 @@ struct Colour {
 /// The data of one row or column, before neighbours are averaged.
 struct Crossing {
   EdgeSample edge_sample;
-  bool is_row;      // the outline runs along columns here, and is crossed along a row
-  int line;         // that row's or column's number
-  double at;        // position along it at which the outline crosses
-  double inwards;   // +1 or -1: the direction of the landmark
-  double normal;    // component of the outline's normal along it: > 0
-  double depth_px;  // depth of the landmark along the normal
+  bool is_row;  // the outline runs along columns here, and is crossed along a row
+  int line;     // that row's or column's number
+  double at;    // position along it at which the outline crosses
+  Eigen::Vector2d place_px;
+  Eigen::Vector2d outwards;       // the outline's normal
+  double inwards;                 // +1 or -1: the direction of the landmark
+  double normal;                  // component of the outline's normal along it: > 0
+  double depth_px;                // depth of the landmark along the normal
+  const Outline::Strand* strand;  // of a banded landmark
   bool is_good;
-  float cover;  // coverage of the pixels of `inside`: below 1 where the landmark is too thin for whole ones
+  bool is_faint;  // beside a band that is as light as the background
+  float cover;    // coverage of the pixels of `inside`: below 1 where the landmark is too thin for whole ones
   Colour inside, outside;
 };
 
@@ -117,10 +126,38 @@ Sides between(const Sums& begin, const Sums& end) {
   return sides;
 }
 
+/// Returns whether the colours on both sides are nearly as light as each other. The light of a band changes towards its
+/// side by a tenth and more, and such a change is then no small share of the contrast.
+bool is_faint(const Crossing& c) {
+  float inside = 0;
+  float outside = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    inside += c.inside.linear[k];
+    outside += c.outside.linear[k];
+  }
+  return std::abs(inside - outside) < kLeastDifference * std::max(inside, outside);
+}
+
+/// The image of an upright landmark.
+struct Wedge {
+  Eigen::Vector2d tip_px;
+  Eigen::Vector2d axis;  ///< unit vector
+  double slope;          ///< half its width over the distance from the tip
+  double sag;            ///< how much nearer to the tip a circle round it is at its sides, as a share of the distance
+};
+Wedge wedge_of(const Outline& outline) {
+  const Eigen::Vector2d near_px = outline.near().pixel_px - outline.tip_px;
+  const double half_px = outline.vertices[Outline::kSideSegments].chord_px / 2;
+  const Eigen::Vector2d side_px = outline.vertices[Outline::kSideSegments].pixel_px - outline.tip_px;
+  const Eigen::Vector2d axis = near_px.normalized();
+  return {outline.tip_px, axis, half_px / side_px.dot(axis), 1 - side_px.dot(axis) / near_px.norm()};
+}
+
 class Reader {
  public:
-  Reader(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, const SampleReach& reach)
-      : rgb_(rgb), table_(table), label_(label), reach_(reach) {}
+  Reader(const cv::Mat& rgb, const ColourTable& table, const Surface& surface, const Wedge& wedge,
+         const SampleReach& reach)
+      : rgb_(rgb), table_(table), surface_(surface), wedge_(wedge), reach_(reach) {}
 
   /// Reads the colours beside the outline. Returns false where they are not in the image.
   bool read_colours(Crossing& c, std::vector<double>& scatter) const {
@@ -140,17 +177,42 @@ class Reader {
       if (seen < kWhole) c.cover = std::max(seen, 0.F);
     }
     int squares = 0;
-    if (!read(c, c.at - c.inwards * reach_.colours_px, -c.inwards, reach_.samples, c.outside, squares)) return false;
+    if (c.strand != nullptr && c.strand->outside) {
+      return read_band(c.strand->inside, c, -c.outwards, c.inside) &&
+             read_band(*c.strand->outside, c, c.outwards, c.outside);
+    }
+    if (!read(c, c.at - c.inwards * reach_.colours_px, -c.inwards, reach_.samples, nullptr, c.outside, squares)) {
+      return false;
+    }
     if (c.outside.pixels == reach_.samples) scatter.push_back(variance(c.outside.pixels, squares));
-    if (!read(c, c.at + c.inwards * inner, c.inwards, samples, c.inside, squares)) return false;
-    if (c.edge_sample.part != EdgeSample::kArc && inner + kLimbSamples <= width / 2) darken(c, inner);
+    const Outline::Band* band = c.strand != nullptr ? &c.strand->inside : nullptr;
+    if (!read(c, c.at + c.inwards * inner, c.inwards, samples, band, c.inside, squares)) return false;
+    if (c.edge_sample.part != Outline::kArc && inner + kLimbSamples <= width / 2 &&
+        (band == nullptr || c.inside.pixels >= kLimbSamples)) {
+      darken(c, inner);
+    }
     return true;
   }
 
-  /// Returns whether the colour inside is the landmark's and the colour outside is not.
+  /// Returns whether there is a pixel of one band alone on the inner side of a band's side, or on either side of the
+  /// edge between two bands.
+  [[nodiscard]] bool shows_bands(const Crossing& c) const {
+    const Outline::Strand& strand = *c.strand;
+    if (strand.outside) {
+      return !pixels_on(strand.inside, c, -c.outwards).empty() && !pixels_on(*strand.outside, c, c.outwards).empty();
+    }
+    return is_on(strand.inside, pixel_at(c, first_beyond(c.at + c.inwards * reach_.colours_px, c.inwards)));
+  }
+
+  /// Returns whether the colour inside is the landmark's and the colour outside is not. The edge of a band is between
+  /// two of the landmark's, and beside a side of bands anything may be.
   [[nodiscard]] bool is_landmark(const Crossing& c) const {
-    if (table_.label(c.outside.code.data()) == label_) return false;
-    return c.cover < 1 || table_.label(c.inside.code.data()) == label_;
+    if (surface_.label == 0) {
+      if (c.cover >= 1 && is_light(c.inside) != c.strand->inside.is_light) return false;
+      return !c.strand->outside || is_light(c.outside) == c.strand->outside->is_light;
+    }
+    if (table_.label(c.outside.code.data()) == surface_.label) return false;
+    return c.cover < 1 || table_.label(c.inside.code.data()) == surface_.label;
   }
 
   /// Reads the pixels that the outline may cross.
@@ -192,7 +254,8 @@ class Reader {
         information += w * difference[k] * difference[k];
       }
       const float share = sum / information;
-      edge_samples.pixels.push_back({static_cast<float>(inside_px), share, 1 / information, table_.label(p) == label_});
+      const bool is_inside = surface_.label == 0 ? share > 0.5F : table_.label(p) == surface_.label;
+      edge_samples.pixels.push_back({static_cast<float>(inside_px), share, 1 / information, is_inside});
       ++edge_sample.count;
       // The part of the colour that no mixture of the two colours explains.
       const float misfit = square / information - share * share;
@@ -213,6 +276,9 @@ class Reader {
   }
 
  private:
+  [[nodiscard]] bool is_light(const Colour& colour) const {
+    return (colour.linear[0] + colour.linear[1] + colour.linear[2]) / 3 > surface_.limit_of_light;
+  }
   /// Corrects the colour inside for shading. The light of a matt cylinder falls (or rises) towards its limb as the sine
   /// of the angle from the limb. Between edge and nearest sample it changes by three quarters of the change between the
   /// nearest and the third sample, whatever the cylinder's size.
@@ -237,10 +303,61 @@ class Reader {
                     : rgb_.ptr<std::uint8_t>(i) + std::ptrdiff_t(3) * c.line;
   }
 
+  [[nodiscard]] static cv::Point pixel_at(const Crossing& c, int i) {
+    return c.is_row ? cv::Point(i, c.line) : cv::Point(c.line, i);
+  }
+  /// Returns the nearest pixels of a band alone from the edge between two on, across that edge: light changes round the
+  /// landmark, and across the edge it does not.
+  [[nodiscard]] std::vector<cv::Point> pixels_on(const Outline::Band& band, const Crossing& c,
+                                                 const Eigen::Vector2d& direction) const {
+    constexpr double kStep_px = 0.5;
+    std::vector<cv::Point> pixels;
+    const double most_px = reach_.colours_px + reach_.samples + 1;
+    for (double way_px = reach_.colours_px; way_px < most_px && int(pixels.size()) < reach_.samples;
+         way_px += kStep_px) {
+      const Eigen::Vector2d p = c.place_px + way_px * direction;
+      const cv::Point pixel(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
+      if (!pixels.empty() && pixel == pixels.back()) continue;
+      if (cv::Rect({0, 0}, rgb_.size()).contains(pixel) && is_on(band, pixel)) pixels.push_back(pixel);
+    }
+    return pixels;
+  }
+  [[nodiscard]] bool read_band(const Outline::Band& band, const Crossing& c, const Eigen::Vector2d& direction,
+                               Colour& colour) const {
+    const std::vector<cv::Point> pixels = pixels_on(band, c, direction);
+    if (pixels.empty()) return false;
+    std::array<int, 3> sum{};
+    for (const cv::Point& at : pixels) {
+      const auto* p = rgb_.ptr<std::uint8_t>(at.y) + std::ptrdiff_t(3) * at.x;
+      for (std::size_t k = 0; k < 3; ++k) {
+        colour.linear[k] += table_.linear(p[k]) / float(pixels.size());
+        sum[k] += p[k];
+      }
+    }
+    colour.pixels = static_cast<int>(pixels.size());
+    for (std::size_t k = 0; k < 3; ++k) colour.code[k] = static_cast<std::uint8_t>(sum[k] / colour.pixels);
+    return true;
+  }
+  /// Returns whether a pixel shows a band alone: no other band, and nothing beside the landmark. The landmark is a
+  /// wedge that points at the tip.
+  [[nodiscard]] bool is_on(const Outline::Band& band, const cv::Point& pixel) const {
+    const Eigen::Vector2d from_tip = Eigen::Vector2d(pixel.x, pixel.y) - wedge_.tip_px;
+    const double along_px = from_tip.dot(wedge_.axis);
+    const double across_px = std::abs(from_tip.x() * wedge_.axis.y() - from_tip.y() * wedge_.axis.x());
+    const double clear_px = kClear * reach_.blur_px;
+    const double half_px = along_px * wedge_.slope;
+    if (across_px > half_px - clear_px) return false;
+    // A circle round the landmark is seen nearer to the tip at its sides than at its near point.
+    const double aside = across_px / half_px;
+    const double as_near_px = along_px / (1 - wedge_.sag * (1 - std::sqrt(1 - aside * aside)));
+    return as_near_px >= band.from_px + clear_px && as_near_px <= band.to_px - clear_px;
+  }
   /// Reads the nearest pixel and those behind it that look alike, because a line of the background must not be mixed
   /// in. Returns false where there is no pixel.
+  /// @param band null: anything
   /// @param squares sum of squares of the codes about their mean, times the number of pixels
-  bool read(const Crossing& c, double from, double direction, int samples, Colour& colour, int& squares) const {
+  bool read(const Crossing& c, double from, double direction, int samples, const Outline::Band* band, Colour& colour,
+            int& squares) const {
     const int step = direction > 0 ? 1 : -1;
     const int begin = first_beyond(from, direction);
     if (begin < 0 || begin >= length(c)) return false;
@@ -255,12 +372,14 @@ class Reader {
     for (; taken < samples; ++taken, p += stride) {
       const auto differs = [&](std::size_t k) { return std::abs(p[k] - nearest[k]) > kAlike; };
       if (differs(0) || differs(1) || differs(2)) break;
+      if (band != nullptr && !is_on(*band, pixel_at(c, begin + taken * step))) break;
       for (std::size_t k = 0; k < 3; ++k) {
         light[k] += table_.linear(p[k]);
         sum[k] += p[k];
         square[k] += p[k] * p[k];
       }
     }
+    if (taken == 0) return false;
     squares = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       colour.linear[k] = light[k] / float(taken);
@@ -275,26 +394,34 @@ class Reader {
 
   const cv::Mat& rgb_;
   const ColourTable& table_;
-  std::uint8_t label_;
+  Surface surface_;
+  Wedge wedge_;
   SampleReach reach_;
 };
 
-EdgeSample::Part part_of(int segment) {
-  if (segment < Outline::kSideSegments) return EdgeSample::kLeft;
-  return segment < Outline::kSideSegments + Outline::kArcSegments ? EdgeSample::kArc : EdgeSample::kRight;
+Outline::Part part_of(int segment) {
+  if (segment < Outline::kSideSegments) return Outline::kLeft;
+  return segment < Outline::kSideSegments + Outline::kArcSegments ? Outline::kArc : Outline::kRight;
 }
 
-/// Finds where one segment of the outline crosses rows (or columns, whichever are nearer to its normal).
-void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, int stride,
-           std::vector<Crossing>& crossings) {
-  const Eigen::Vector2d across = outline.across();
-  const Outline::Vertex& a = outline.vertices[std::size_t(segment)];
-  const Outline::Vertex& b = outline.vertices[std::size_t(segment) + 1];
+/// A segment of an outline or of a strand, and what is known of it.
+struct Segment {
+  const Outline::Vertex &a, &b;
+  Outline::Part part;
+  Eigen::Vector2d inside_px;  ///< a place on the inner side
+  const Outline::Strand* strand = nullptr;
+};
+
+/// Finds where one segment crosses rows (or columns, whichever are nearer to its normal).
+/// @param across Outline::across()
+void cross(const Segment& segment, const Eigen::Vector2d& across, int stride, std::vector<Crossing>& crossings) {
+  const Outline::Vertex& a = segment.a;
+  const Outline::Vertex& b = segment.b;
   const Eigen::Vector2d along = b.pixel_px - a.pixel_px;
   const double length = along.norm();
   if (!(length > 0)) return;
   Eigen::Vector2d chord_normal(along.y() / length, -along.x() / length);
-  if (chord_normal.dot(a.pixel_px + along / 2 - middle) < 0) chord_normal = -chord_normal;  // outwards
+  if (chord_normal.dot(a.pixel_px + along / 2 - segment.inside_px) < 0) chord_normal = -chord_normal;  // outwards
   const bool is_row = std::abs(chord_normal.x()) >= std::abs(chord_normal.y());
   const int line_axis = is_row ? 1 : 0;
   const int cross_axis = 1 - line_axis;
@@ -311,7 +438,8 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
     // the parabola over a pixel. The bulge is curvature length^2 / 8.
     const Eigen::Vector2d bulge = (4 * u * (1 - u) - 1 / (3 * length * length)) * a.bulge_px;
     Crossing c{};
-    c.edge_sample.part = part_of(segment);
+    c.edge_sample.part = segment.part;
+    c.strand = segment.strand;
     c.edge_sample.bend_px = static_cast<float>(a.bulge_px.dot(chord_normal) / (3 * length * length));
     c.is_row = is_row;
     c.line = line;
@@ -325,6 +453,8 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
     Eigen::Vector2d normal = Eigen::Vector2d(tangent.y(), -tangent.x()).normalized();
     if (normal.dot(chord_normal) < 0) normal = -normal;
     c.normal = std::abs(normal[cross_axis]);
+    c.outwards = normal;
+    c.place_px = is_row ? Eigen::Vector2d(c.at, line) : Eigen::Vector2d(line, c.at);
     c.edge_sample.wide = static_cast<float>(c.normal);
     c.edge_sample.narrow = static_cast<float>(std::abs(normal[line_axis]));
     c.edge_sample.by_range_pxpm =
@@ -336,6 +466,7 @@ void cross(const Outline& outline, int segment, const Eigen::Vector2d& middle, i
     c.edge_sample.width_px = static_cast<float>(a.width_px + u * (b.width_px - a.width_px));
     const double chord_px = a.chord_px + u * (b.chord_px - a.chord_px);
     c.depth_px = chord_px / std::max(std::abs(normal.dot(across)), 1e-3);
+    if (c.strand != nullptr && c.strand->outside) c.depth_px = kDeep_px;
     crossings.push_back(c);
   };
   if (from < to) {
@@ -354,21 +485,36 @@ void EdgeSamples::clear() {
   code_variance = 0;
 }
 
-void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, const Outline& outline,
+void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, const Surface& surface, const Outline& outline,
                        const SampleReach& reach, int stride, EdgeSamples& edge_samples) {
   edge_samples.clear();
-  const Reader reader(rgb, table, label, reach);
+  const Reader reader(rgb, table, surface, wedge_of(outline), reach);
   const Eigen::Vector2d middle =
       (outline.vertices.front().pixel_px + outline.vertices.back().pixel_px + outline.near().pixel_px) / 3;
   std::vector<Crossing> crossings;
   crossings.reserve(1024 / std::size_t(stride));
-  for (int i = 0; i + 1 < Outline::kVertices; ++i) cross(outline, i, middle, stride, crossings);
+  const Eigen::Vector2d across = outline.across();
+  if (surface.label != 0) {
+    for (int i = 0; i + 1 < Outline::kVertices; ++i) {
+      const auto k = std::size_t(i);
+      cross({outline.vertices[k], outline.vertices[k + 1], part_of(i), middle}, across, stride, crossings);
+    }
+  }
+  for (const Outline::Strand& strand : outline.strands) {
+    const Eigen::Vector2d inside_px = strand.part == Outline::kArc ? outline.tip_px : middle;
+    for (std::size_t i = 0; i + 1 < strand.vertices.size(); ++i) {
+      cross({strand.vertices[i], strand.vertices[i + 1], strand.part, inside_px, &strand}, across, stride, crossings);
+    }
+  }
+  std::erase_if(crossings, [&](const Crossing& c) { return c.strand != nullptr && !reader.shows_bands(c); });
   std::vector<double> scatter;
   scatter.reserve(crossings.size());
   std::vector<Sums> sums(crossings.size() + 1);
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     Crossing& c = crossings[i];
     c.is_good = reader.in_image(c) && reader.read_colours(c, scatter) && reader.is_landmark(c);
+    c.is_faint = c.is_good && c.strand != nullptr && !c.strand->outside && is_faint(c);
+    if (c.is_faint) c.is_good = false;
     sums[i + 1] = sums[i];
     if (c.is_good) sums[i + 1].add(c);
   }
@@ -384,10 +530,11 @@ void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, std::uint8_
   std::size_t run_end = 0;
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     const Crossing& c = crossings[i];
-    if (i == run_end) {
-      run_begin = i;
+    if (c.is_faint) continue;
+    if (i >= run_end) {
+      run_begin = run_end = i;
       while (run_end < crossings.size() && crossings[run_end].edge_sample.part == c.edge_sample.part &&
-             crossings[run_end].is_row == c.is_row) {
+             crossings[run_end].is_row == c.is_row && crossings[run_end].strand == c.strand) {
         ++run_end;
       }
     }

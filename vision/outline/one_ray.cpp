@@ -162,12 +162,12 @@ std::optional<OneRayFits> fit_one_ray(const EdgeSamples& read, const OutlineFit&
     const Eigen::Vector2d moves_px = moves.cwiseProduct(per_px);
     for (int i = s.first; i < s.first + s.count; ++i) {
       const EdgePixel& p = read.pixels[std::size_t(i)];
-      if (p.has_hue && p.coverage < kLeastCoverage) continue;
+      if (p.is_inside && p.coverage < kLeastCoverage) continue;
       // On the curve itself, a pixel beside the crossing lies farther out than on its tangent there.
       const float aside_px = p.inside_px * s.narrow / s.wide;
       const float bend_px = s.bend_px * (1 - EdgeSample::kBends / 2 * aside_px * aside_px);
       statements.push_back(
-          {p.inside_px + bend_px, static_cast<float>(moves_px.x()), static_cast<float>(moves_px.y()), p.has_hue});
+          {p.inside_px + bend_px, static_cast<float>(moves_px.x()), static_cast<float>(moves_px.y()), p.is_inside});
     }
   }
 

@@ -28,8 +28,10 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
     ++all[s.part];
     if (s.is_usable) ++usable[s.part];
   }
-  if (usable[0] + usable[1] + usable[2] < kLeastEdgeSamples) return std::nullopt;
-  const auto share = [&](EdgeSample::Part part) { return all[part] > 0 ? double(usable[part]) / all[part] : 0.0; };
+  if (usable[0] + usable[1] + usable[2] < kLeastEdgeSamples || (cylinder.bands && all[Outline::kArc] == 0)) {
+    return std::nullopt;
+  }
+  const auto share = [&](Outline::Part part) { return all[part] > 0 ? double(usable[part]) / all[part] : 0.0; };
 
   // The unknowns are range and bearing, both in pixels at the near point, the blur, and, where they are in doubt, the
   // width's relative error and the lean. Without these, sides that contradict the believed rig would move the top.
@@ -182,11 +184,11 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       const double measured = std::clamp(double(p.coverage), 0.0, 1.0);
       fit.edges.mixed += measured * (1 - measured);
     }
-    Scores& scores = s.part == EdgeSample::kArc ? fit.arc_scores : fit.side_scores;
+    Scores& scores = s.part == Outline::kArc ? fit.arc_scores : fit.side_scores;
     scores.found += score * score + 2 * score * previous;
-    if (s.part != EdgeSample::kArc) scores.found += 2 * score * before;
+    if (s.part != Outline::kArc) scores.found += 2 * score * before;
     scores.expected += information;
-    if (s.part == EdgeSample::kArc) ++arc_samples;
+    if (s.part == Outline::kArc) ++arc_samples;
     before = previous;
     previous = score;
     fit.length_px += 1 / s.wide;
@@ -212,16 +214,15 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   fit.edges.code_variance = read.code_variance;
   fit.outline = outline;
   fit.edges.blur = unknown[2];
-  fit.left_support = share(EdgeSample::kLeft);
-  fit.arc_support = share(EdgeSample::kArc);
-  fit.right_support = share(EdgeSample::kRight);
-  if (side_information[EdgeSample::kLeft] > 0 && side_information[EdgeSample::kRight] > 0) {
-    for (const EdgeSample::Part side : {EdgeSample::kLeft, EdgeSample::kRight}) {
+  fit.left_support = share(Outline::kLeft);
+  fit.arc_support = share(Outline::kArc);
+  fit.right_support = share(Outline::kRight);
+  if (side_information[Outline::kLeft] > 0 && side_information[Outline::kRight] > 0) {
+    for (const Outline::Part side : {Outline::kLeft, Outline::kRight}) {
       fit.narrowness_px -= (side_score[side] + unknown[3] * side_widening[side]) / side_information[side];
       fit.mean_width_px += side_width[side] / side_information[side] / 2;
     }
-    fit.sigma_narrowness_px =
-        std::sqrt(1 / side_information[EdgeSample::kLeft] + 1 / side_information[EdgeSample::kRight]);
+    fit.sigma_narrowness_px = std::sqrt(1 / side_information[Outline::kLeft] + 1 / side_information[Outline::kRight]);
   }
   return fit;
 }

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
+#include "base/plane.h"
 #include "vision/hue_labels.h"
 #include "vision/mirror_view.h"
 
@@ -21,12 +22,13 @@ struct Cylinder {
   double range_m = 0;  ///< horizontal, to its axis
   double bearing_rad = 0;
   double radius_m = 0;
-  double top_m = 0;  ///< over the floor
+  double top_m = 0;  ///< over the floor, see Landmark::top_m
   /// Relative standard deviation of the width that it appears to have in a view, because of what is not known exactly
   /// of rig and map. 0: it has that width.
   double width_doubt = 0;
   /// Standard deviation of the angle by which its image leans, rad, for the same cause.
   double lean_doubt_rad = 0;
+  std::optional<Bands> bands{};  ///< round it; `top_m` is then the height of their line
 
   /// Returns the place of its axis in the body frame.
   [[nodiscard]] Eigen::Vector2d place_m() const {
@@ -57,6 +59,7 @@ struct Outline {
   static constexpr int kVertices = 2 * kSideSegments + kArcSegments + 1;
   static constexpr int kNear = kSideSegments + kArcSegments / 2;  ///< index of the near point
 
+  enum Part : std::int8_t { kLeft, kArc, kRight };
   struct Vertex {
     Eigen::Vector2d pixel_px;
     Eigen::Vector2d by_range_pxpm;      ///< d pixel / d range
@@ -69,6 +72,23 @@ struct Outline {
     double width_px;             ///< the same on the sides, huge on the arc
   };
   std::array<Vertex, kVertices> vertices;
+
+  /// The part of a band that a view shows: where a pixel of it must lie.
+  struct Band {
+    double from_px, to_px;  ///< distance from the tip, `from_px` of the lower end
+    bool is_light;
+  };
+  /// A part of the edges of bands. Bands have edges that they bring along: light on one side, dark on the other. The
+  /// background is seen beside the sides only.
+  struct Strand {
+    Part part;
+    std::vector<Vertex> vertices;
+    Band inside;                  ///< of an arc, the band below it
+    std::optional<Band> outside;  ///< of an arc, the band above it
+  };
+  /// Of a banded landmark, in place of the chain, whose arc is then the line that the print marks.
+  std::vector<Strand> strands;
+  Eigen::Vector2d tip_px;
 
   /// Returns the near point of the top: the middle of the arc.
   [[nodiscard]] const Vertex& near() const { return vertices[kNear]; }
@@ -107,13 +127,12 @@ struct EdgePixel {
   float inside_px;  ///< signed distance of its centre to the outline, inside positive
   float coverage;   ///< measured: 0 background, 1 landmark; noise may take it beyond either
   float variance;   ///< of `coverage` for a noise of one grey level
-  bool has_hue;     ///< its hue is the landmark's
+  bool is_inside;   ///< its colour is that of the landmark, not of the background
 };
 
 /// A place along the outline where it crosses one row or column of pixels.
 struct EdgeSample {
-  enum Part : std::int8_t { kLeft, kArc, kRight };
-  Part part;
+  Outline::Part part;
   bool is_usable;                     ///< its colour inside, another colour outside, enough contrast, within the image
   float wide, narrow;                 ///< larger and smaller of the normal's |x| and |y|
   float by_range_pxpm;                ///< outward motion of the outline with the landmark's range ...
@@ -151,10 +170,15 @@ struct SampleReach {
   int samples = 3;
 };
 
+/// What tells a landmark's surface from others.
+struct Surface {
+  std::uint8_t label = 0;      ///< in the table of colours; 0: it is banded
+  float limit_of_light = 0.F;  ///< BandCandidate::limit
+};
+
 /// Reads the pixels along an outline.
-/// @param label the landmark's label in `table`
 /// @param stride distance of the rows and columns that are read: 1 for all
-void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, const Outline& outline,
+void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, const Surface& surface, const Outline& outline,
                        const SampleReach& reach, int stride, EdgeSamples& edge_samples);
 
 // ---- the fit

@@ -33,6 +33,9 @@ constexpr int kCoarseStride = 3;
 // Longest search for the landmark's colour beyond the top of a coarse fit (follow_colour).
 // Tuned by hand on synthetic images; no test fixes it.
 constexpr int kMostBeyond_px = 4;
+// The bands' finder is accurate to half a pixel or so; a longer step leads to another band's edge. Tuned by hand on
+// synthetic images; no test fixes it.
+constexpr double kBandsReach_px = 2;
 // Fine fits stop at a step below this. Tuned by hand on synthetic images; no test fixes it.
 constexpr double kConverged_px = 1e-5;
 // A fine fit whose step is longer is repeated from its answer, at most kFineRounds times in all: the outline bends less
@@ -74,6 +77,9 @@ constexpr double kNarrowSigmas = 5;
 // Error of the top's position for a rim with a radius of one pixel; it falls with the square of the radius. Measured
 // without noise at radii of 4 and 8 pixels; no test repeats that measurement or fixes the value.
 constexpr double kCurvedError_px = 0.05;
+// Error of the edges of bands that all edges of a landmark share: light that changes across a band. Measured without
+// noise; banded_landmarks_test.cpp, SigmasHoldTheTruth, fixes it to a factor of two.
+constexpr double kBandError_px = 0.025;
 // Lower limits of the observed scatter over the expected one; the second is that of the sides in fine fits. The stairs
 // of rays on a grid make neighbours differ in opposite directions, so the scatter along a side may be small. But light
 // and background move a whole side, and scatter along it does not show that: sides are not taken as better than the
@@ -170,7 +176,8 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   const double half_px = rim_width_px(fit) / 2;
   const double curved_px = kCurvedError_px / (half_px * half_px);
   const double range_px = fit.outline.near().by_range_pxpm.norm();
-  covariance(0, 0) += curved_px * curved_px / (range_px * range_px);
+  const double bands_px = fit.cylinder.bands ? kBandError_px : 0;
+  covariance(0, 0) += (curved_px * curved_px + bands_px * bands_px) / (range_px * range_px);
   if (!covariance.allFinite() || !(covariance.determinant() > 0)) return std::nullopt;
   const Outline::Vertex& near = fit.outline.near();
   Eigen::Matrix2d by_place;
@@ -269,7 +276,7 @@ double rim_width_px(const OutlineFit& fit) { return fit.outline.vertices[Outline
 
 // The fit of a thin landmark may stop below its top. If the landmark's colour continues beyond, the cylinder is moved
 // to where the colour ends.
-void ViewFitter::follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const {
+void ViewFitter::follow_colour(std::uint8_t label, const cv::Mat& image, OutlineFit& fit) const {
   const Outline::Vertex& near = fit.outline.near();
   const double per_m = near.by_range_pxpm.norm();
   const Eigen::Vector2d out = -near.by_range_pxpm / per_m;
@@ -279,7 +286,7 @@ void ViewFitter::follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& 
     const Eigen::Vector2d p = top + (i + 1) * out;
     const cv::Point pixel(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
     if (!cv::Rect({0, 0}, image.size()).contains(pixel)) break;
-    if (table_.label(image.ptr<std::uint8_t>(pixel.y) + std::ptrdiff_t(3) * pixel.x) != k + 1) break;
+    if (table_.label(image.ptr<std::uint8_t>(pixel.y) + std::ptrdiff_t(3) * pixel.x) != label) break;
     beyond = i + 1;
   }
   if (beyond > 0) fit.cylinder.range_m = std::max(fit.cylinder.range_m - beyond / per_m, 1.01 * fit.cylinder.radius_m);
@@ -333,19 +340,34 @@ std::optional<Sighting> ViewFitter::found(const Candidate& c, double radius_m, d
 
 void ViewFitter::fit(const OutlineTask& task, const Cylinder& cylinder, const SampleReach& reach,
                      const PixelNoise& noise, const FitLimits& limits, int stride) const {
-  auto& [hue, image, look, edge_samples] = task;
+  auto& [surface, image, look, edge_samples] = task;
   const auto outline = make_outline(mirror_, cylinder, least_radius_px(mirror_, cylinder));
   if (!outline) {
     look.is_truncated = true;
     look.fit.reset();
     return;
   }
-  read_edge_samples(image, table_, static_cast<std::uint8_t>(hue + 1), *outline, reach, stride, edge_samples);
+  read_edge_samples(image, table_, surface, *outline, reach, stride, edge_samples);
   look.is_saturated = edge_samples.too_bright * 2 > static_cast<int>(edge_samples.edge_samples.size());
   look.fit = fit_outline(edge_samples, cylinder, *outline, noise, limits);
 }
 
+void ViewFitter::fit_bands(const OutlineTask& task, const Cylinder& start) const {
+  OutlineSearch& look = task.look;
+  Cylinder from = start;
+  for (int round = 0; round < kFineRounds; ++round) {
+    fit(task, from, reach_of(1), PixelNoise{}, {1, kMostBlur_px, kCoarse_px}, 1);
+    if (!look.fit || step_px(look.fit->outline, look.fit->step) > kBandsReach_px) break;
+    look.pool = look.fit->edges;
+    if (step_px(look.fit->outline, look.fit->step) <= kFineStep_px) return;
+    from = moved(from, look.fit->step);
+  }
+  look.fit.reset();
+  look.pool.reset();
+}
+
 void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) const {
+  if (start.bands) return fit_bands(task, start);
   OutlineSearch& look = task.look;
   // The blur of a thin landmark is limited by its width, because with more blur the landmark disappears.
   const double width_px = 2 * look.candidate->top_px * start.radius_m / start.range_m;
@@ -353,7 +375,7 @@ void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) cons
   fit(task, start, {kCoarseReach_px - kCoarseBlur_px + blur_px, blur_px}, PixelNoise{},
       {blur_px, kMostBlur_px, kCoarse_px}, kCoarseStride);
   if (!look.fit) return;
-  follow_colour(task.hue, task.image, *look.fit);
+  follow_colour(task.surface.label, task.image, *look.fit);
   fit(task, Cylinder(look.fit->cylinder), reach_of(look.fit->edges.blur), PixelNoise{}, {1, kMostBlur_px, kCoarse_px},
       kCoarseStride);
   if (look.fit) look.pool = look.fit->edges;
@@ -361,7 +383,7 @@ void ViewFitter::fit_coarse(const OutlineTask& task, const Cylinder& start) cons
 
 bool ViewFitter::fit_near(const OutlineTask& task, const Cylinder& start) const {
   OutlineSearch tried = task.look;
-  fit({task.hue, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
+  fit({task.surface, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
       {1, kMostBlur_px, kCoarse_px}, kCoarseStride);
   if (!tried.fit || tried.fit->edges.blur > kNearBlur_px ||
       step_px(tried.fit->outline, tried.fit->step) > kExpectedReach_px)
@@ -426,7 +448,8 @@ bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected,
   OutlineSearch tried = task.look;
   Cylinder start = expected;
   for (int round = 0; round < kExpectedRounds; ++round) {
-    const auto step = fit_whole({task.hue, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
+    const auto step =
+        fit_whole({task.surface, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
     if (!step) return false;
     const double length_px = step_px(tried.fit->outline, *step);
     if (length_px <= kExpectedReach_px) {

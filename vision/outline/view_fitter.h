@@ -28,7 +28,7 @@ struct OutlineSearch {
 
 /// The input and output of a fit of one landmark in one view.
 struct OutlineTask {
-  std::size_t hue;  ///< index of its colour in the table, from which its label follows
+  Surface surface;
   const cv::Mat& image;
   OutlineSearch& look;
   EdgeSamples& edge_samples;  ///< memory that all fits share
@@ -61,7 +61,8 @@ class ViewFitter {
   /// no place.
   [[nodiscard]] std::optional<Sighting> found(const Candidate& candidate, double radius_m, double top_m) const;
 
-  /// Fits the outline roughly, from a place that is accurate to kCoarseReach_px.
+  /// Fits the outline roughly, from a place that is accurate to kCoarseReach_px; that of bands from one that is
+  /// accurate to a pixel, because their edges are alike.
   void fit_coarse(const OutlineTask& task, const Cylinder& start) const;
   /// Fits the outline roughly from an expected place, with one fit instead of two. Returns false and leaves `task.look`
   /// unchanged where the outline is not there.
@@ -87,7 +88,8 @@ class ViewFitter {
  private:
   /// Returns the candidate's ray, from the point where it has that height.
   [[nodiscard]] std::optional<Ray> ray_at(const Candidate& candidate, double height_m) const;
-  void follow_colour(std::size_t k, const cv::Mat& image, OutlineFit& fit) const;
+  void follow_colour(std::uint8_t label, const cv::Mat& image, OutlineFit& fit) const;
+  void fit_bands(const OutlineTask& task, const Cylinder& start) const;
   /// Fits the whole outline once. Returns the step to its answer (range m, bearing rad); nothing: there is no fit.
   [[nodiscard]] std::optional<Eigen::Vector2d> fit_whole(const OutlineTask& task, const Cylinder& start,
                                                          const Common& common, double converged_px) const;
