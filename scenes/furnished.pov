@@ -45,7 +45,7 @@ Block(-3.05, -1.40, 0.00, -2.70, -0.40, 0.90,  0.05, 0.55, 0.55)  // a cyan ches
 cylinder { W(-1.10, -2.20, 0) W(-1.10, -2.20, 0.40) 0.18*M pigment { color rgb <0.70, 0.05, 0.60> } }   // a magenta bin
 cylinder { W( 2.20,  1.60, 0) W( 2.20,  1.60, 0.45) 0.22*M pigment { color rgb <0.05, 0.60, 0.10> } }   // a green pouf
 // A rug with black and white squares
-box { W(-1.5, -1.2, 0) W(0.9, 0.6, 0.006) pigment { checker color rgb 0.75 color rgb 0.05 scale 3 } no_shadow }
+box { W(-1.5, -1.2, 0) W(0.9, 0.6, 0.0002) pigment { checker color rgb 0.75 color rgb 0.05 scale 3 } no_shadow }
 // Blinds before the windows: slats of 40 mm and of 20 mm, light and dark
 #macro Blind(X0, Y0, X1, Y1, SLAT)
   box { W(X0, Y0, 0.50) W(X1, Y1, 2.00)
@@ -86,6 +86,7 @@ Striped(-2.88, -1.10, 0.04, 0.90, 1.15, 0.034, 0.7)
 Striped(-1.90,  1.20, 0.055, 0.00, 1.00, 0.034, 0.5)   // the pole
 
 // ---------------------------------------------------------------- pipes -----
+#ifndef (Landmarks_Elsewhere)
 Banded(-2.75, -1.70, 0.055, 1.00, 0, 0, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0)   // 1
 Banded(-2.70,  1.95, 0.055, 1.00, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0)   // 2
 Banded(-0.60,  2.30, 0.055, 1.00, 0, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0)   // 3
@@ -98,6 +99,7 @@ Banded(-0.20, -2.25, 0.055, 1.00, 0, 1, 0, 1, 0, 0, 1, 1, 0, 1, 0, 1)   // 9
 Banded(-1.60, -2.30, 0.055, 1.00, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1, 0, 1)   // 10
 Banded(-2.80,  0.15, 0.055, 1.00, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1)   // 11
 Banded( 1.45,  0.80, 0.055, 1.00, 0, 1, 1, 0, 0, 1, 1, 0, 1, 0, 1, 0)   // 12
+#end
 
 // ----------------------------------------------------------------- robot ----
 // Heights above the floor, in metres: 0.25 lower lens, 0.37 lower tip, 0.55 upper lens, 0.67 upper tip.

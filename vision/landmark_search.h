@@ -32,6 +32,10 @@ struct MirrorImage {
 /// @throws std::invalid_argument for an image of another type
 std::vector<Eigen::Vector3d> find_hues(const std::vector<MirrorImage>& images);
 
+/// From this number of banded landmarks on, things of vivid colours are no landmarks: bands stand in rooms that are
+/// full of colours.
+constexpr std::size_t kBandsAlone = 3;
+
 /// Returns a landmark with the colour or the bands of a RoughLandmark::hue. Bands have cells of the size that
 /// Bands::cell_m has by itself.
 Landmark looking_like(std::size_t hue, const std::vector<Eigen::Vector3d>& colours);

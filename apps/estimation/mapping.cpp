@@ -89,6 +89,7 @@ void Mapping::find_hues(const cv::Mat& lower, const cv::Mat& upper) {
     return {rgb, view.settings().centre_px, view.settings().rim_radius_px};
   };
   const std::size_t before = colours_.size();
+  if (has_bands_) return;
   for (const Eigen::Vector3d& colour : vision::find_hues({image(lower, rig_.lower), image(upper, rig_.upper)})) {
     const auto is_known = [&](const Eigen::Vector3d& known) {
       return vision::hue_distance_rad({known.x(), known.y(), known.z()}, {colour.x(), colour.y(), colour.z()}) <
@@ -195,6 +196,24 @@ bool Mapping::is_known(const vision::RoughLandmark& thing, const std::vector<vis
   return std::ranges::any_of(measured, is_same) || std::ranges::any_of(ranged_, is_here);
 }
 
+void Mapping::go_by_bands() {
+  std::size_t banded = 0;
+  for (std::size_t i = 0; i < filter_.size(); ++i) {
+    const localisation::FoundLandmark known = filter_.landmark(i);
+    banded += known.hue >= vision::kBandedHue && known.sightings >= kSettled ? 1 : 0;
+  }
+  if (has_bands_ || banded < vision::kBandsAlone) return;
+  has_bands_ = true;
+  for (std::size_t i = filter_.size(); i-- > 0;) {
+    if (filter_.landmark(i).hue >= vision::kBandedHue) continue;
+    filter_.remove(i);
+    follows_.erase(follows_.begin() + std::ptrdiff_t(i));
+  }
+  ranging_.reset();
+  ranged_.clear();
+  search_.emplace(rig_, std::vector<Eigen::Vector3d>(), lower_size_, upper_size_, errors_);
+}
+
 void Mapping::follow() {
   while (follows_.size() < filter_.size()) {
     const Landmark looks = vision::looking_like(filter_.landmark(follows_.size()).hue, colours_);
@@ -244,6 +263,7 @@ Result<MappedFrame> Mapping::answer(const Image& lower, const Image& upper,
   frame.timing.vision_s = thread_time_s() - begin_cpu_s;
   (void)filter_.observe(things);
   follow();
+  go_by_bands();
   const localisation::PoseEstimate pose = filter_.pose();
   frame.track = {.use = things.empty() ? localisation::FixUse::kNoFix : localisation::FixUse::kTaken,
                  .state = localisation::FilterState::kTracking,

@@ -82,6 +82,8 @@ class Mapping {
                               const std::vector<vision::RoughLandmark>& measured) const;
   /// Names the landmarks that are new, and removes those that passed by.
   void follow();
+  /// Forgets things of vivid colours once there are vision::kBandsAlone banded landmarks.
+  void go_by_bands();
 
   config::Robot robot_;
   config::Map map_;  ///< its landmarks are those that ranging_ measures
@@ -90,6 +92,7 @@ class Mapping {
   cv::Size lower_size_, upper_size_;
   std::vector<Eigen::Vector3d> colours_;
   std::optional<vision::LandmarkSearch> search_;
+  bool has_bands_ = false;  ///< bands alone are searched for
   localisation::MapFilter filter_;
   struct Follow {
     std::string name;

@@ -11,6 +11,7 @@
 #include <Eigen/Dense>
 
 #include "apps/look/checks.h"
+#include "vision/bands/band_code.h"
 #include "vision/hue_labels.h"
 
 namespace twocone::look {
@@ -124,6 +125,22 @@ double top_of(const sim_povray::SceneGeometry& scene, const Landmark& landmark, 
   return (low + high) / 2;
 }
 
+/// Returns the number of the bands that a side shows; nothing where it shows none.
+std::optional<int> number_on(const sim_povray::SceneGeometry& scene, const Landmark& landmark, const Side& side) {
+  std::array<double, vision::kBandCells> grey{};
+  for (std::size_t k = 0; k < grey.size(); ++k) {
+    const double height_m =
+        landmark.top_m + (double(vision::kCellsOverLine) - double(k) - 0.5) * landmark.bands->cell_m;
+    const auto seen = side_along(scene, {side.centre.x_m, side.centre.y_m, height_m}, 0, kReach * side.radius_m);
+    if (!seen) return std::nullopt;
+    grey[k] = (seen->colour[0] + seen->colour[1] + seen->colour[2]) / 3;
+  }
+  const auto [least, greatest] = std::ranges::minmax_element(grey);
+  vision::BandCells cells{};
+  for (std::size_t k = 0; k < grey.size(); ++k) cells[k] = grey[k] > (*least + *greatest) / 2;
+  return vision::band_number(cells);
+}
+
 double apart_m(const FloorPoint& a, double x_m, double y_m) { return std::hypot(a.x_m - x_m, a.y_m - y_m); }
 
 /// Describes the nearest upright cylinder of the landmark's colour.
@@ -187,6 +204,14 @@ void check_landmarks(const Subject& subject, const sim_povray::SceneGeometry& sc
     if (std::abs(side->radius_m - landmark.radius_m) > kMap_m) {
       add(Disagreement::kLandmarkRadius,
           fmt::format(" has radius_m {:.3f}, but {} has {:.4f}", landmark.radius_m, object, side->radius_m), shown);
+    }
+    if (landmark.bands) {
+      const auto number = number_on(scene, landmark, *side);
+      if (number == landmark.bands->number) continue;
+      add(Disagreement::kLandmarkColour,
+          fmt::format(" has bands {} with their line at {:.3f} m, but {} has {} there", landmark.bands->number,
+                      landmark.top_m, object, number ? fmt::format("bands {}", *number) : "none"));
+      continue;
     }
     if (const double top_m = top_of(scene, landmark, *side); std::abs(top_m - landmark.top_m) > kMap_m) {
       add(Disagreement::kLandmarkTop,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -55,7 +56,15 @@ Result<std::array<cv::Mat, 2>> images_at(const runlog::RunData& run, std::size_t
   return std::array{*lower, *upper};
 }
 
-Result<std::vector<Eigen::Vector3d>> hues_in(const calibrate::ChosenFrames& chosen, const vision::Rig& rig) {
+/// The hues that a survey goes by.
+struct Hues {
+  std::vector<Eigen::Vector3d> colours;  ///< none where bands tell landmarks apart
+  std::size_t ignored = 0;               ///< number of hues that were found beside bands
+};
+Result<Hues> hues_in(const calibrate::ChosenFrames& chosen, const config::Robot& robot) {
+  const vision::Rig rig = config::to_rig(robot);
+  const vision::LandmarkSearch banded(rig, {}, calibrate::size_of(robot.lower), calibrate::size_of(robot.upper));
+  std::set<std::size_t> numbers;
   std::vector<vision::MirrorImage> images;
   for (const std::size_t i : calibrate::chosen_rows(chosen.frames.size(), kHueImages)) {
     const calibrate::ChosenFrames::Frame& frame = chosen.frames[i];
@@ -65,8 +74,14 @@ Result<std::vector<Eigen::Vector3d>> hues_in(const calibrate::ChosenFrames& chos
       const auto& view = of_view(rig, side).settings();
       images.push_back({(*both)[std::size_t(side)], view.centre_px, view.rim_radius_px});
     }
+    for (const vision::RoughLandmark& thing : banded.look((*both)[0], (*both)[1])) numbers.insert(thing.hue);
   }
-  return vision::find_hues(images);
+  Hues hues{vision::find_hues(images)};
+  if (numbers.size() >= vision::kBandsAlone) {
+    hues.ignored = hues.colours.size();
+    hues.colours.clear();
+  }
+  return hues;
 }
 
 /// Returns the pose that lays what a frame shows onto landmarks: least squares of places, the nearer the more weight.
@@ -189,17 +204,22 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
     if (runlog::has_odometry(run)) continue;
     return Error(ErrorCode::kBadData, "{}: the wheels were not recorded, and a survey needs them", run.folder.string());
   }
-  const auto colours = hues_in(chosen, config::to_rig(robot));
-  if (!colours) return colours.error();
+  const auto hues = hues_in(chosen, robot);
+  if (!hues) return hues.error();
+  const std::vector<Eigen::Vector3d>& colours = hues->colours;
   RoughMap map;
+  if (hues->ignored > 0) {
+    map.left_out.push_back(
+        fmt::format("what has one of {} vivid colours: bands tell this room's landmarks apart", hues->ignored));
+  }
   std::map<std::string, int> numbers;
   for (const runlog::RunData& run : runs) {
-    auto own = map_of(run, chosen, robot, *colours);
+    auto own = map_of(run, chosen, robot, colours);
     if (!own) return own.error();
     merge_twins(*own);
     std::vector<Landmark> landmarks;  // of this run, in its own world; those without a name are left out
     for (std::size_t i = 0; i < own->landmarks.size(); ++i) {
-      landmarks.push_back(to_landmark(own->landmarks[i], own->ties, i, *colours));
+      landmarks.push_back(to_landmark(own->landmarks[i], own->ties, i, colours));
       const localisation::FoundLandmark& found = own->landmarks[i];
       if (found.sightings == 0 || !landmarks.back().name.empty()) continue;
       map.left_out.push_back(fmt::format("{}: something {} at ({:.2f}, {:.2f}) m was seen in {} of {} frames only",

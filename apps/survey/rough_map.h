@@ -30,7 +30,8 @@ struct RoughMap {
 /// Returns how wrong rig and wheels may be, whatever the map's landmarks are.
 config::BeliefErrors errors_without_landmarks(const config::Robot& robot, config::Map map);
 
-/// Finds landmarks by their vivid colours (vision/landmark_search.h), and tracks them and the pose from frame to frame
+/// Finds landmarks by their bands and vivid colours, by bands alone where there are vision::kBandsAlone of them
+/// (vision/landmark_search.h), and tracks them and the pose from frame to frame
 /// (localisation/map_filter.h). Each run starts a map of its own; those of later runs are laid onto the first by the
 /// landmarks that both have. The landmarks of the runs' maps are not used.
 /// Errors: kBadData where images or wheels are missing, where fewer than two landmarks are found, and where a run does
