@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "base/quantile.h"
+#include "vision/bands/band_finder.h"
+#include "vision/method_arguments.h"
 #include "vision/outline/finder.h"
 #include "vision/self_rig/image_pose.h"
 
@@ -55,7 +57,11 @@ struct CameraFit {
 /// Work on one problem.
 class RigSearch {
  public:
-  explicit RigSearch(const SelfRigProblem& problem) : problem_(problem), table_(colours_of(problem)) {}
+  explicit RigSearch(const SelfRigProblem& problem) : problem_(problem), table_(colours_of(problem.landmarks)) {
+    for (std::size_t k = 0; k < problem.landmarks.size(); ++k) {
+      if (!problem.landmarks[k].bands) coloured_.push_back(k);
+    }
+  }
 
   SelfRig go() {
     for (const Side camera : {Side::kLower, Side::kUpper}) find_circle(camera);
@@ -68,11 +74,6 @@ class RigSearch {
   }
 
  private:
-  static std::vector<Eigen::Vector3d> colours_of(const SelfRigProblem& problem) {
-    std::vector<Eigen::Vector3d> colours;
-    for (const Landmark& l : problem.landmarks) colours.emplace_back(l.colour[0], l.colour[1], l.colour[2]);
-    return colours;
-  }
   SelfView& view(Side camera) { return found_.views[std::size_t(camera)]; }
   Sightings& sightings(Side camera) { return sightings_[std::size_t(camera)]; }
   static Side other(Side side) { return side == Side::kLower ? Side::kUpper : Side::kLower; }
@@ -92,9 +93,33 @@ class RigSearch {
       const cv::Mat& image = of_view(frame, camera);
       all.emplace_back();
       if (image.empty()) continue;
-      all.back() = sight_by_colour(image, circle, of_view(problem_.rig, camera), table_, problem_.landmarks.size());
+      const MirrorView& lens = of_view(problem_.rig, camera);
+      all.back() = sight_by_colour(image, circle, lens, table_, coloured_.size());
+      for (ColourSighting& sighting : all.back()) sighting.landmark = coloured_[sighting.landmark];
+      if (coloured_.size() < problem_.landmarks.size()) add_bands(image, circle, lens, all.back());
     }
     return all;
+  }
+
+  /// Adds the landmarks whose bands an image shows.
+  void add_bands(const cv::Mat& image, const RimCircle& circle, const MirrorView& lens,
+                 std::vector<ColourSighting>& sightings) const {
+    MirrorViewSettings settings = lens.settings();
+    settings.centre_px = lens.undistort_px(circle.centre_px).value_or(circle.centre_px);
+    settings.rim_radius_px = circle.radius_px;
+    const MirrorView view(settings);
+    for (const BandCandidate& bands : BandFinder(view, image.size()).find(image)) {
+      const auto is_read = [&](const Landmark& l) { return l.bands && l.bands->number == bands.number; };
+      const auto landmark = std::ranges::find_if(problem_.landmarks, is_read);
+      const double angle_rad = bands.candidate.angle_rad;
+      const auto pixel =
+          view.undistort_px(view.settings().centre_px +
+                            bands.candidate.top_px * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad)));
+      if (landmark == problem_.landmarks.end() || !pixel) continue;
+      const Eigen::Vector2d from = *pixel - view.settings().centre_px;
+      sightings.push_back({std::size_t(landmark - problem_.landmarks.begin()), std::atan2(from.y(), from.x()),
+                           from.norm(), bands.candidate.area_px, false});
+    }
   }
 
   /// Takes a circle: centre with the tip's help.
@@ -444,6 +469,7 @@ class RigSearch {
   }
 
   const SelfRigProblem& problem_;
+  std::vector<std::size_t> coloured_;  ///< the landmarks of table_'s colours
   ColourTable table_;
   SelfRig found_;
   std::array<Sightings, 2> sightings_;

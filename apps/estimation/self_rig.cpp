@@ -57,12 +57,9 @@ vision::SelfRigProblem self_rig_problem(const config::Robot& robot, const config
   const config::Rig& rig = robot.rig;
   const bool has_circles =
       std::ranges::none_of(rig.missing, [](const std::string& key) { return key.ends_with("_px"); });
-  // Bands are read with a rig that is known; without one, colours alone are seen.
-  std::vector<Landmark> landmarks = config::to_targets(map);
-  std::erase_if(landmarks, [](const Landmark& landmark) { return landmark.bands.has_value(); });
   return {.rig = config::to_assumed_rig(robot),
           .has_believed_circles = has_circles,
-          .landmarks = std::move(landmarks),
+          .landmarks = config::to_targets(map),
           .frames = {}};
 }
 
