@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 
+#include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
 #include "base/quantile.h"
@@ -126,10 +127,16 @@ std::optional<Eigen::Vector2d> BandFinder::pixel_of(double direction, double ste
 
 BandFinder::Place BandFinder::place_of(const BandCandidate& bands, double cell_m) const {
   // The mirror sees all points above each other from the point (-d sin apex, d (1 - cos apex)) from the lens.
-  const double d = view_.settings().cone.lens_to_tip_m;
+  const MirrorViewSettings& settings = view_.settings();
+  const double d = settings.cone.lens_to_tip_m;
   const double from_eye_m = cell_m / bands.slope_per_cell;
-  return {from_eye_m - d * sin_apex_,
-          view_.settings().lens_height_m + d * (1 - cos_apex_) + from_eye_m * bands.line_slope};
+  const double distance_m = from_eye_m - d * sin_apex_;
+  const double over_lens_m = d * (1 - cos_apex_) + from_eye_m * bands.line_slope;
+  const Eigen::Vector3d from_lens_m(distance_m * std::cos(bands.bearing_rad), distance_m * std::sin(bands.bearing_rad),
+                                    over_lens_m);
+  const Eigen::Vector3d tilted_m = Eigen::AngleAxisd(settings.tilt_rad.y(), Eigen::Vector3d::UnitY()) *
+                                   (Eigen::AngleAxisd(settings.tilt_rad.x(), Eigen::Vector3d::UnitX()) * from_lens_m);
+  return {distance_m, settings.lens_height_m + tilted_m.z()};
 }
 
 void BandFinder::read(std::span<const std::uint8_t> profile, int direction, std::vector<Reading>& readings) const {
@@ -194,6 +201,8 @@ std::optional<BandCandidate> BandFinder::candidate_of(const std::vector<Reading>
   bands.limit = light_of_code()[std::size_t(std::clamp(base::median(std::move(limits)), 0.0, 255.0))];
   const auto pixel = pixel_of(direction, line);
   if (!pixel) return std::nullopt;
+  const double direction_rad = direction * 2 * std::numbers::pi / kDirections;
+  bands.bearing_rad = view_.bearing_rad({std::cos(direction_rad), std::sin(direction_rad)});
   const Eigen::Vector2d from_tip = *pixel - view_.settings().centre_px;
   bands.candidate.angle_rad = std::atan2(from_tip.y(), from_tip.x());
   bands.candidate.top_px = from_tip.norm();

@@ -19,6 +19,7 @@ struct BandCandidate {
   Candidate candidate;        ///< `top_px` is the radius of the line that the print marks
   double slope_per_cell = 0;  ///< by how much the slope of the ray falls from one cell to the next, > 0
   double line_slope = 0;      ///< of the ray to the line
+  double bearing_rad = 0;     ///< unit's frame (vision/mirror_view.h)
   double sigma = 0;           ///< of `slope_per_cell`, relative
   float limit = 0;            ///< linear grey between that of dark cells and that of light ones
 };
