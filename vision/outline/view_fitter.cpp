@@ -137,6 +137,22 @@ constexpr double kNearBlur_px = 2;
 /// width across a pixel's corner (1 / sqrt(2)).
 SampleReach reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, blur_px}; }
 
+/// Returns the reach with which the lowest bands still show pixels of their own, at least that of sharp edges. Nearer
+/// to wide edges both colours are mixed a little, one as much as the other.
+SampleReach within_bands(SampleReach reach, const Outline& outline) {
+  double lowest_px = INFINITY;
+  for (const Outline::Strand& strand : outline.strands) {
+    lowest_px = std::min(lowest_px, strand.inside.to_px - strand.inside.from_px);
+  }
+  constexpr double kOfBlur = 2 * 0.7;  // both ends of a band, see reach_of()
+  const double blur_px = std::clamp((lowest_px - 1) / kOfBlur, 1.0, reach.blur_px);
+  if (blur_px < reach.blur_px) {
+    reach.blur_px = blur_px;
+    reach.colours_px = reach_of(blur_px).colours_px;
+  }
+  return reach;
+}
+
 /// Returns the radius at which the sides begin: where they are kLeastWidth_px apart, but for a thin landmark half way
 /// up.
 double least_radius_px(const MirrorView& mirror, const Cylinder& c) {
@@ -347,7 +363,8 @@ void ViewFitter::fit(const OutlineTask& task, const Cylinder& cylinder, const Sa
     look.fit.reset();
     return;
   }
-  read_edge_samples(image, table_, surface, *outline, reach, stride, edge_samples);
+  read_edge_samples(image, table_, surface, *outline, cylinder.bands ? within_bands(reach, *outline) : reach, stride,
+                    edge_samples);
   look.is_saturated = edge_samples.too_bright * 2 > static_cast<int>(edge_samples.edge_samples.size());
   look.fit = fit_outline(edge_samples, cylinder, *outline, noise, limits);
 }
