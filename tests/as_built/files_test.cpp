@@ -18,6 +18,7 @@
 #include "tests/as_built/plans.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
+#include "vision/bands/band_code.h"
 
 namespace twocone::as_built {
 namespace {
@@ -76,6 +77,23 @@ TEST_F(AsBuiltFiles, AreReadBackAsDrawn) {
     EXPECT_EQ(built.start, believed.start);
     EXPECT_NO_THROW(static_cast<void>(config::to_robot_settings(built, built_map, 1)));
     EXPECT_NO_THROW(static_cast<void>(config::to_robot_settings(believed, believed_map, 1)));
+  }
+}
+
+TEST_F(AsBuiltFiles, HaveBandsWhereThePlanHas) {
+  const AsBuilt drawn = Plan("furnished").drawn(2);
+  const Files files = written(drawn);
+  EXPECT_EQ(landmarks_of(files.believed_map), drawn.believed_map.landmarks);
+  const SceneGeometry geometry = geometry_of(files);
+  for (const Landmark& landmark : landmarks_of(files.built_map)) {
+    const vision::BandCells cells = vision::band_cells(landmark.bands.value().number);
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      const double over_line_m = (double(vision::kCellsOverLine) - double(k) - 0.5) * landmark.bands->cell_m;
+      const auto seen = geometry.cast({landmark.x_m, landmark.y_m, landmark.top_m + over_line_m}, {1, 0, 0});
+      ASSERT_TRUE(seen) << landmark.name;
+      EXPECT_NEAR(seen->distance_m, landmark.radius_m, 1e-6) << landmark.name;
+      EXPECT_EQ(seen->colour[1] > 0.4, cells[k]) << landmark.name << ", cell " << k;
+    }
   }
 }
 

@@ -55,6 +55,28 @@ TEST(MapFile, HoldsEveryFieldOfTheFile) {
   EXPECT_EQ(map, wanted) << "a field that this test does not check";
 }
 
+TEST(MapFile, BandedLandmarksAreReadAndWritten) {
+  const testing_support::TemporaryFolder folder;
+  const auto original = folder.write(
+      "bands.map.yaml", with(good_map_text(), "colour: [0, 1, 0], x_m: 2.3, y_m: -1.1, radius_m: 0.11, top_m: 1.05",
+                             "bands: 64, cell_m: 0.03, x_m: 2.3, y_m: -1.1, radius_m: 0.11, line_m: 0.9"));
+  Map map = read_map(original);
+  ASSERT_EQ(map.landmarks.size(), 2U);
+  EXPECT_EQ(map.landmarks[1].bands, (Bands{64, 0.03}));
+  EXPECT_EQ(map.landmarks[1].top_m, 0.9);
+  EXPECT_FALSE(map.landmarks[0].bands);
+  map.landmarks.push_back(map.landmarks[1]);
+  map.landmarks.back().name = "other";
+  map.landmarks.back().bands = Bands{3};
+  const auto file = folder.path() / "new.map.yaml";
+  const Map again = parse_map(parse_yaml(map_text(original, file, map, {}), file), file);
+  EXPECT_EQ(again.landmarks[1].bands, map.landmarks[1].bands);
+  EXPECT_EQ(again.landmarks[2].bands, (Bands{3}));
+  EXPECT_EQ(again.landmarks[2].top_m, 0.9);
+  map.landmarks.back().bands = Bands{64};
+  EXPECT_THROW(static_cast<void>(map_text(original, file, map, {})), FileError) << "two of one number";
+}
+
 TEST(MapFile, ARealRoomHasNeitherSceneNorUnit) {
   std::string text = with(good_map_text(), "scene: cellar.pov\nunit_m: 0.04\n", "");
   text = text.substr(0, text.find("moving:"));
@@ -143,7 +165,16 @@ const BadCase kBadMapKeys[] = {
      "map.yaml:7: landmarks[1].name is '', must be text that is not empty"},
     {"GreyLandmark", "colour: [0, 1, 0]", "colour: [0.5, 0.5, 0.5]",
      "map.yaml:7: landmarks[1].colour is [0.5, 0.5, 0.5], must be a colour with a hue, not grey: the hue "
-     "identifies it"},
+     "identifies it, or bands: NUMBER"},
+    {"BandsAndColour", "colour: [0, 1, 0]", "colour: [0, 1, 0], bands: 5, line_m: 0.9",
+     "map.yaml:7: landmarks[1].colour is a list of 3, must be absent: its bands identify it\n"
+     "map.yaml:7: landmarks[1].top_m is 1.05 m, must be absent: line_m is the height that is measured"},
+    {"NoSuchBands", "colour: [0, 1, 0], x_m: 2.3, y_m: -1.1, radius_m: 0.11, top_m: 1.05",
+     "bands: 65, x_m: 2.3, y_m: -1.1, radius_m: 0.11, line_m: 0.9",
+     "map.yaml:7: landmarks[1].bands is 65, must be a whole number, 1 to 64"},
+    {"BandsWithoutLine", "colour: [0, 1, 0], x_m: 2.3, y_m: -1.1, radius_m: 0.11, top_m: 1.05",
+     "bands: 6, x_m: 2.3, y_m: -1.1, radius_m: 0.11",
+     "map.yaml:7: landmarks[1].line_m is missing: height above the floor of the line that the print marks, metres"},
     {"ColourOf255", "colour: [0, 1, 0]", "colour: [0, 255, 0]",
      "map.yaml:7: landmarks[1].colour[1] is 255, must be 0 to 1"},
     {"ColourByName", "colour: [0, 1, 0]", "colour: green",

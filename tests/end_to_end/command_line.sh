@@ -20,7 +20,7 @@ gives() {
 gives 'help' 0 '^Usage: twocone \[OPTIONS\] SUBCOMMAND' "$twocone" help
 gives 'help of a command' 0 '^Usage: twocone compare \[OPTIONS\] RUN \[RUN\]$' "$twocone" help compare
 gives 'help of no command' 2 "no subcommand 'localize', did you mean localise\?" "$twocone" help localize
-for command in run localise report serve effects new as-built look calibrate survey import devices doctor tradeoff compare; do
+for command in run localise report serve effects new as-built print-bands look calibrate survey import devices doctor tradeoff compare; do
   "$twocone" help "$command" >"$work/help" || fail "help $command: exit $?"
   "$twocone" "$command" --help | cmp -s - "$work/help" || fail "help $command is not what $command --help prints"
 done
@@ -30,6 +30,13 @@ gives 'look' 0 'wrote +.*look/above.svg$' "$twocone" look --robot "$small" --out
 gives 'look again' 1 'look/lower.png exists: --force' "$twocone" look --robot "$small" --out "$work/look"
 gives 'look at a start that touches' 1 '^ +1 .*start \(-2.200, -0.300\) is 0.[0-9]+ m from landmark red \(.*lab.map.yaml:14\)' \
   "$twocone" look --robot "$small" --set start.x_m=-2.2 --set start.y_m=-0.3 --out "$work/look" --force
+
+# ---- print-bands: pages, and the lines of the map
+gives 'print-bands' 0 'bands: 7, x_m: \?, y_m: \?, radius_m: 0.055, line_m: \?' "$twocone" print-bands 7 12 --radius-m 0.055 --out "$work/bands.html"
+[ "$(grep -c '<svg' "$work/bands.html")" -eq 6 ] || fail 'print-bands: not 3 pages for each of 2 numbers'
+gives 'print-bands again' 1 'bands.html exists: --force' "$twocone" print-bands 7 --out "$work/bands.html"
+gives 'print-bands of no number' 2 'print-bands 65: must be 1 to 64' "$twocone" print-bands 65 --out "$work/none.html"
+gives 'print-bands of huge cells' 2 '--cell-m 0.5: must be at most' "$twocone" print-bands 7 --cell-m 0.5 --out "$work/none.html"
 
 # ---- output that cannot be written
 gives 'help onto a full disk' 1 'cannot write to standard output: No space left' bash -c '"$1" help >/dev/full' _ "$twocone"

@@ -14,6 +14,7 @@
 #include "apps/look/checks.h"
 #include "tests/support/lab_robot.h"
 #include "tests/support/temporary_folder.h"
+#include "vision/bands/band_code.h"
 
 namespace twocone::look {
 
@@ -143,6 +144,31 @@ TEST(Look, WhatAgreesIsNoFinding) {
   EXPECT_THAT(kinds(look), IsEmpty()) << lines_of(look);
   EXPECT_THAT(look.checked, SizeIs(4));
   EXPECT_THAT(look.uncovered, IsEmpty());
+}
+
+/// Returns the scene with bands of a number at the red landmark's upper end.
+std::string scene_with_bands(int number) {
+  const vision::BandCells cells = vision::band_cells(number);
+  const double cell = Bands{}.cell_m / 0.9;
+  std::string stops = "[0 rgb 0.4]";
+  for (std::size_t k = cells.size(); k-- > 0;) {
+    for (const double below : {double(k) + 1, double(k)}) {
+      stops += fmt::format(" [{} rgb {}]", 1 - below * cell, cells[k] ? 0.8 : 0.05);
+    }
+  }
+  return with(kScene, "2.2 pigment { color rgb <0.80, 0.03, 0.03> }",
+              fmt::format("2.2 pigment {{ gradient y color_map {{ {} }} scale 18 }}", stops));
+}
+
+TEST(Look, BandsAreReadInTheScene) {
+  const std::string map = with(kMap, "colour: [0.80, 0.03, 0.03], x_m: 1.80, y_m: 0.25, radius_m: 0.11, top_m: 0.9",
+                               "bands: 9, x_m: 1.80, y_m: 0.25, radius_m: 0.11, line_m: 0.798");
+  const Look agrees = Room(scene_with_bands(9), map).looked_at();
+  EXPECT_THAT(kinds(agrees), IsEmpty()) << lines_of(agrees);
+  const Look differs = Room(scene_with_bands(10), map).looked_at();
+  ASSERT_THAT(kinds(differs), ElementsAre(Disagreement::kLandmarkColour)) << lines_of(differs);
+  EXPECT_THAT(differs.findings[0].text, HasSubstr("has bands 9 with their line at 0.798 m, but"));
+  EXPECT_THAT(differs.findings[0].text, HasSubstr("has bands 10 there"));
 }
 
 // ---- one planted disagreement each: it is named, and nothing else is

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/synthetic_bands.h"
 #include "tests/support/synthetic_lab.h"
 #include "vision/bands/band_code.h"
 #include "vision/bands/band_finder.h"
@@ -19,51 +20,15 @@
 namespace twocone::vision {
 namespace {
 
+using testing_support::banded;
+using testing_support::kLine_m;
+using testing_support::kPipeRadius_m;
+using testing_support::pipe_of;
+using testing_support::scene_of;
 using testing_support::SyntheticBackground;
 using testing_support::SyntheticCamera;
-using testing_support::SyntheticLandmark;
 using testing_support::SyntheticRig;
 using testing_support::SyntheticScene;
-
-constexpr double kLine_m = 0.898;
-constexpr double kRadius_m = 0.055;
-constexpr double kLight = 0.7;
-constexpr double kDark = 0.04;
-
-Landmark banded(int number, const Eigen::Vector2d& place_m, double cell_m = Bands{}.cell_m) {
-  return {.name = "bands." + std::to_string(number),
-          .x_m = place_m.x(),
-          .y_m = place_m.y(),
-          .radius_m = kRadius_m,
-          .top_m = kLine_m,
-          .bands = Bands{number, cell_m}};
-}
-
-/// A banded pipe: one cylinder within the other, each lower one a hair nearer, so that it hides the one above below its
-/// own top.
-std::vector<SyntheticLandmark> pipe_of(const Landmark& landmark, double light = kLight) {
-  std::vector<SyntheticLandmark> cylinders;
-  const double cell_m = landmark.bands->cell_m;
-  const double top_m = landmark.top_m + double(kCellsOverLine) * cell_m;
-  const BandCells cells = band_cells(landmark.bands->number);
-  const Eigen::Vector2d towards = -place_m(landmark).normalized();
-  for (std::size_t k = 0; k <= kBandCells; ++k) {
-    const double grey = k == kBandCells ? 0.3 : cells[k] ? light : kDark;
-    if (k > 0 && k < kBandCells && cells[k] == cells[k - 1]) continue;
-    cylinders.push_back({place_m(landmark) + 1e-8 * double(k) * towards, landmark.radius_m, top_m - double(k) * cell_m,
-                         Eigen::Vector3d::Constant(grey)});
-  }
-  return cylinders;
-}
-
-SyntheticScene scene_of(const std::vector<Landmark>& landmarks, double light = kLight) {
-  SyntheticScene scene;
-  for (const Landmark& landmark : landmarks) {
-    const auto pipe = pipe_of(landmark, light);
-    scene.landmarks.insert(scene.landmarks.end(), pipe.begin(), pipe.end());
-  }
-  return scene;
-}
 
 const SyntheticRig& bare_lab() {
   static const SyntheticRig rig(lab_rig());
@@ -129,7 +94,7 @@ TEST(BandFinder, ReadsEveryNumberAndItsPlaceFromBandsAlone) {
     ASSERT_EQ(found.size(), 1U) << number;
     EXPECT_EQ(found[0].number, number);
     const auto [distance_m, line_m] = finder.place_of(found[0], Bands{}.cell_m);
-    EXPECT_NEAR(distance_m, range_m - kRadius_m, 5 * found[0].sigma * (range_m + 0.12)) << number;
+    EXPECT_NEAR(distance_m, range_m - kPipeRadius_m, 5 * found[0].sigma * (range_m + 0.12)) << number;
     EXPECT_NEAR(line_m, kLine_m, 5 * found[0].sigma * (kLine_m - 0.37)) << number;
   }
 }
@@ -181,7 +146,7 @@ TEST(BandedLandmark, AreRangedToAFewHundredthsOfAPixelWithoutNoise) {
       const auto m = look(bare_lab(), scene_of({landmark}), {landmark}).front();
       ASSERT_TRUE(m.range_m && m.bearing_rad) << range_m << " m: " << to_string(m.verdict);
       // An error of a pixel all along the bands is one of the range by the line's radius.
-      const double range_px = 708 * (kLine_m - 0.37) / std::pow(range_m - kRadius_m + 0.12, 2);
+      const double range_px = 708 * (kLine_m - 0.37) / std::pow(range_m - kPipeRadius_m + 0.12, 2);
       EXPECT_LT(std::abs(*m.range_m - range_m) * range_px, 0.04) << range_m << " m, " << bearing_rad << " rad";
       EXPECT_LT(std::abs(std::remainder(*m.bearing_rad - bearing_rad, 2 * std::numbers::pi)) * 708 * 0.5 / range_m,
                 0.05)
@@ -307,7 +272,7 @@ TEST(BandedLandmark, AreFoundWithoutAMap) {
     ASSERT_NE(landmark, landmarks.end()) << looks_of(looks);
     EXPECT_NEAR(thing.range_m, place_m(*landmark).norm(), 0.1) << looks_of(looks);
     EXPECT_NEAR(thing.top_m, kLine_m, 0.03) << looks_of(looks);
-    EXPECT_NEAR(thing.radius_m, kRadius_m, 0.02) << looks_of(looks);
+    EXPECT_NEAR(thing.radius_m, kPipeRadius_m, 0.02) << looks_of(looks);
   }
 }
 
