@@ -38,8 +38,10 @@ void add_page(int number, const Paper& paper, double cell_mm, std::size_t first,
                  paper.height_mm);
   for (std::size_t k = first; k < end; ++k) {
     if (cells[k]) continue;
-    fmt::format_to(put, "<rect x=\"{:g}\" y=\"{:g}\" width=\"{:g}\" height=\"{:g}\"/>\n", left_mm, top_of(k), width_mm,
-                   cell_mm);
+    const std::size_t upper = k;  // of one band: between two rectangles a printer may leave a white line
+    while (k + 1 < end && !cells[k + 1]) ++k;
+    fmt::format_to(put, "<rect x=\"{:g}\" y=\"{:g}\" width=\"{:g}\" height=\"{:g}\"/>\n", left_mm, top_of(upper),
+                   width_mm, top_of(k + 1) - top_of(upper));
   }
   // The cut: a thin frame. What is outside goes, but for the tab on the left.
   fmt::format_to(put,
