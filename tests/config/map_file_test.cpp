@@ -167,11 +167,11 @@ const BadCase kBadMapKeys[] = {
      "map.yaml:7: landmarks[1].colour is [0.5, 0.5, 0.5], must be a colour with a hue, not grey: the hue "
      "identifies it, or bands: NUMBER"},
     {"BandsAndColour", "colour: [0, 1, 0]", "colour: [0, 1, 0], bands: 5, line_m: 0.9",
-     "map.yaml:7: landmarks[1].colour is a list of 3, must be absent: its bands identify it\n"
+     "map.yaml:7: landmarks[1].colour is [0, 1, 0], must be absent: its bands identify it\n"
      "map.yaml:7: landmarks[1].top_m is 1.05 m, must be absent: line_m is the height that is measured"},
     {"NoSuchBands", "colour: [0, 1, 0], x_m: 2.3, y_m: -1.1, radius_m: 0.11, top_m: 1.05",
      "bands: 65, x_m: 2.3, y_m: -1.1, radius_m: 0.11, line_m: 0.9",
-     "map.yaml:7: landmarks[1].bands is 65, must be a whole number, 1 to 64"},
+     "map.yaml:7: landmarks[1].bands is 65, must be 1 to 64"},
     {"BandsWithoutLine", "colour: [0, 1, 0], x_m: 2.3, y_m: -1.1, radius_m: 0.11, top_m: 1.05",
      "bands: 6, x_m: 2.3, y_m: -1.1, radius_m: 0.11",
      "map.yaml:7: landmarks[1].line_m is missing: height above the floor of the line that the print marks, metres"},

@@ -290,7 +290,7 @@ TEST(Survey, RefusesInOneLine) {
     return result ? "a report" : result.error().message;
   };
   const TemporaryFolder grey;
-  EXPECT_THAT(message({drive(grey, {})}, {}), HasSubstr("0 landmarks of a vivid colour were found"));
+  EXPECT_THAT(message({drive(grey, {})}, {}), HasSubstr("0 landmarks of a vivid colour or with bands were found"));
   const TemporaryFolder gone;
   runlog::RunData run = drive(gone, {});
   std::filesystem::remove(runlog::lower_image_file(gone.path(), 5));

@@ -27,6 +27,8 @@ constexpr double kLineBelowFirst = static_cast<double>(kCellsOverLine) - 1;
 constexpr double kLeastCell_steps = 2.2;
 // An edge changes the grey level by this over two steps, and light and dark cells differ by twice as much.
 constexpr int kLeastEdge = 12;
+// Number of edges that are found from the first to the last one of a code; the codes have eight or more.
+constexpr std::size_t kFewestEdges = 5;
 // A cell whose grey level is nearer to the limit of light and dark, as a share of their difference, is not read.
 constexpr double kLeastMargin = 0.15;
 // Least correlation of a line with the image of its cells.
@@ -144,23 +146,26 @@ void BandFinder::read(std::span<const std::uint8_t> profile, int direction, std:
   std::vector<Reading> found;
   for (std::size_t lower = 0; lower < edges.size(); ++lower) {
     if (edges[lower].falls) continue;
-    for (std::size_t upper = lower + 1; upper < edges.size(); ++upper) {
+    for (std::size_t upper = lower + kFewestEdges; upper < edges.size(); ++upper) {
       if (!edges[upper].falls) continue;
       const double last = edges[lower].step;
       const double cell = (edges[upper].step - last) / kInnerCells;
       if (cell < kLeastCell_steps) continue;
       if (last - 0.7 * cell < 0 || edges[upper].step + 0.7 * cell > double(steps_ - 2)) continue;
-      std::array<double, kBandCells> grey{};  // from the top down
-      for (std::size_t k = 0; k < kBandCells; ++k) grey[k] = at(profile, last + (kInnerCells + 0.5 - double(k)) * cell);
-      const double light = std::min(grey[1], grey[kBandCells - 2]);
-      const double dark = std::max(grey[0], grey[kBandCells - 1]);
+      const auto grey_of = [&, step = last](std::size_t cell_from_top) {
+        return at(profile, step + (kInnerCells + 0.5 - double(cell_from_top)) * cell);
+      };
+      // Most pairs of edges fail here, by the cells that all codes have.
+      const double light = std::min(grey_of(1), grey_of(kBandCells - 2));
+      const double dark = std::max(grey_of(0), grey_of(kBandCells - 1));
       if (light - dark < 2 * kLeastEdge) continue;
       const double limit = (light + dark) / 2;
       BandCells cells{};
       bool is_clear = true;
       for (std::size_t k = 0; k < kBandCells && is_clear; ++k) {
-        cells[k] = grey[k] > limit;
-        is_clear = std::abs(grey[k] - limit) >= kLeastMargin * (light - dark);
+        const double grey = grey_of(k);
+        cells[k] = grey > limit;
+        is_clear = std::abs(grey - limit) >= kLeastMargin * (light - dark);
       }
       const auto number = is_clear ? band_number(cells) : std::nullopt;
       if (!number) continue;

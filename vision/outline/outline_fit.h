@@ -170,7 +170,7 @@ struct SampleReach {
   int samples = 3;
 };
 
-/// What tells a landmark's surface from others.
+/// How a landmark's surface differs from others.
 struct Surface {
   std::uint8_t label = 0;      ///< in the table of colours; 0: it is banded
   float limit_of_light = 0.F;  ///< BandCandidate::limit
