@@ -242,7 +242,10 @@ struct LandmarkSearch::Impl {
       // The sine of the half angle is that of the radius over the distance to the axis.
       thing.radius_m = distance_m * std::sin(half_rad) / (1 - std::sin(half_rad));
       auto there = placed(thing, {&bands.candidate, &above->candidate}, line_m, motion);
-      if (there) things.push_back(std::move(*there));
+      if (!there) continue;
+      there->views[0].covariance_px2 += BandFinder::between_lines_px2(bands.candidate);
+      there->views[1].covariance_px2 += BandFinder::between_lines_px2(above->candidate);
+      things.push_back(std::move(*there));
     }
     return things;
   }

@@ -50,6 +50,8 @@ void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper)
 // belief as below of a rig and map that are not exact, are another landmark's, or the map is wrong.
 constexpr double kBandSigmas = 6;
 constexpr double kDoubtfulLine = 0.02;
+// The height of bands is fitted with this many of its sigmas, so that the image decides and the map counts once.
+constexpr double kHeightDoubts = 3;
 // Views that differ by more sigmas of rig and map than this do not show the same landmark: by chance once in 700 cases.
 constexpr double kBeliefSigmas = 3;
 
@@ -61,8 +63,9 @@ struct Seen {
   bool has_other_size = false;  ///< of bands: their own size contradicts the height of their line
   bool has_twins = false;       ///< other targets have its colour, and its place is not expected
   bool has_rivals = false;
-  bool is_too_wide = false;              ///< Rivals::kBeside in one view
-  std::array<double, 2> width_doubts{};  ///< Cylinder::width_doubt of either view
+  bool is_too_wide = false;                 ///< Rivals::kBeside in one view
+  std::array<double, 2> width_doubts{};     ///< Cylinder::width_doubt of either view
+  std::array<double, 2> height_doubts_m{};  ///< Cylinder::height_doubt_m of either view
   std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
   std::optional<Cylinder> expected;
   std::optional<Cylinder> read;  ///< of a banded landmark: its place by the view that reads it
@@ -398,12 +401,19 @@ struct FrameObservation::Impl {
       if (chosen[view] != nullptr) {
         look.candidate = chosen[view]->candidate;
         seen.found[view] = ranging.views[view].found(*look.candidate, target.radius_m, target.top_m);
+        if (seen.found[view]) seen.found[view]->covariance_px2 += BandFinder::between_lines_px2(*look.candidate);
       } else if (seen.read) {
         look.candidate = candidate_at(view, seen.read->place_m(), target);
       }
-      const auto alone = look.candidate ? alone_in(k, view, *look.candidate) : std::nullopt;
-      if (alone) seen.width_doubts[view] = width_doubt(k, *alone);
       seen.surfaces[view].limit_of_light = chosen[chosen[view] != nullptr ? view : reading]->limit;
+      const auto alone = look.candidate ? alone_in(k, view, *look.candidate) : std::nullopt;
+      if (!alone) continue;
+      seen.width_doubts[view] = width_doubt(k, *alone);
+      // By how much heights may contradict the size of the bands: that of the line, and what the rig makes of the
+      // range.
+      const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
+      const double by_rig_m = alone->by_shared.row(0).norm() * (target.top_m - mirror.tip_m().z()) / *alone->range_m;
+      seen.height_doubts_m[view] = kHeightDoubts * std::hypot(ranging.by_shared[k].row(kTop).norm(), by_rig_m);
     }
   }
 
@@ -421,6 +431,7 @@ struct FrameObservation::Impl {
   void set_doubts(std::size_t k, std::size_t view, const Candidate& candidate, Cylinder& cylinder) const {
     if (ranging.is_exact(k)) return;
     cylinder.width_doubt = all[k].width_doubts[view];
+    if (cylinder.bands) cylinder.height_doubt_m = all[k].height_doubts_m[view];
     cylinder.lean_doubt_rad = std::sqrt(ranging.belief.lean_variance_rad2(Side(view), candidate.top_px));
   }
 

@@ -160,8 +160,9 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
                                 .views = {*m.lower_sighting, *m.upper_sighting},
                                 .range_m = *m.range_m,
                                 .bearing_rad = *m.bearing_rad,
-                                .top_m = known.numbers[vision::kTop],
-                                .radius_m = known.numbers[vision::kRadius]};
+                                .top_m = map_.landmarks[k].top_m,
+                                // The width is that of the radius with which the outline was made.
+                                .radius_m = map_.landmarks[k].radius_m};
     measure_radius(m, thing);
     const Landmark there{.radius_m = thing.radius_m, .top_m = thing.top_m};
     for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {

@@ -217,6 +217,48 @@ TEST(BandedLandmark, TellApartWhatIsNoLandmark) {
   EXPECT_EQ(look(bare_lab(), scene_of({landmark, copy}), {landmark, copy})[1].verdict, RangeVerdict::kSameColour);
 }
 
+TEST(BandedLandmark, SigmasHoldTheTruthWhereTheLineIsNotWhereTheMapHasIt) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> off_m(0, 0.01);
+  double chi_squared = 0;
+  int answers = 0;
+  for (int image = 0; image < 8; ++image) {
+    const auto landmarks = around(random, 6);
+    std::vector<Landmark> believed = landmarks;
+    BeliefErrors errors;
+    errors.rig = BySharedErrors<kRigNumbers>::Zero(kRigNumbers, 6);
+    for (std::size_t k = 0; k < believed.size(); ++k) {
+      believed[k].top_m += off_m(random);
+      errors.landmarks.emplace_back(BySharedErrors<kLandmarkNumbers>::Zero(kLandmarkNumbers, 6));
+      errors.landmarks.back()(kTop, Eigen::Index(k)) = 0.01;
+    }
+    const auto pair = take(bare_lab(), scene_of(landmarks), {.noise_grey_levels = 2}, std::uint64_t(image));
+    const auto measured =
+        OutlineRanging(lab_rig(), believed, kImage, kImage, {}, errors).measure(pair.lower, pair.upper);
+    for (std::size_t k = 0; k < landmarks.size(); ++k) {
+      const RangeMeasurement& m = measured[k];
+      if (!m.range_m) continue;
+      const double off = *m.range_m - place_m(landmarks[k]).norm();
+      chi_squared += off * off / (*m.sigma_range_m * *m.sigma_range_m);
+      ++answers;
+      // Sightings are of the line where it is, wherever the map has it.
+      const std::array<const std::optional<Sighting>*, 2> both{&m.lower_sighting, &m.upper_sighting};
+      for (std::size_t view = 0; view < 2; ++view) {
+        if (!*both[view]) continue;
+        const MirrorView& mirror = view == 0 ? bare_lab().rig.lower : bare_lab().rig.upper;
+        const auto near_m = near_top_point(mirror, place_m(landmarks[k]), landmarks[k].radius_m, landmarks[k].top_m);
+        const Eigen::Vector2d apart_px = (*both[view])->pixel_px - mirror.project(*near_m).value();
+        EXPECT_LT(apart_px.dot((*both[view])->covariance_px2.ldlt().solve(apart_px)), 30)
+            << landmarks[k].name << " in image " << image << ": " << apart_px.transpose() << " px";
+        EXPECT_LT(apart_px.norm(), 0.3) << landmarks[k].name << " in image " << image;
+      }
+    }
+  }
+  EXPECT_GE(answers, 40);
+  EXPECT_LT(chi_squared / answers, 1.6);
+  EXPECT_GT(chi_squared / answers, 0.2);
+}
+
 TEST(BandedLandmark, WhatHidesAPartIsNeverQuietlyWrong) {
   const Landmark landmark = banded(33, place(2, 0.3));
   int answers = 0;

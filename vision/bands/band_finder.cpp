@@ -38,6 +38,8 @@ constexpr int kMostGap = 6;
 constexpr double kMostApart_cells = 1;
 // A landmark that fewer lines show is not reported: a single line may be what a chequer shows by chance.
 constexpr std::size_t kLeastLines = 2;
+// Sigma of the middle of a run of lines: one more or less on either side.
+constexpr double kDirectionSigma_lines = 0.5;
 // Sigma of an edge on one line, in steps.
 constexpr double kEdgeSigma_steps = 0.4;
 
@@ -127,6 +129,12 @@ std::optional<Eigen::Vector2d> BandFinder::pixel_of(double direction, double ste
                           radius_px * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad)));
 }
 
+Eigen::Matrix2d BandFinder::between_lines_px2(const Candidate& candidate) {
+  const double apart_px = candidate.top_px * 2 * std::numbers::pi / kDirections;
+  const Eigen::Vector2d across(-std::sin(candidate.angle_rad), std::cos(candidate.angle_rad));
+  return kDirectionSigma_lines * kDirectionSigma_lines * apart_px * apart_px * across * across.transpose();
+}
+
 BandFinder::Place BandFinder::place_of(const BandCandidate& bands, double cell_m) const {
   // The mirror sees all points above each other from the point (-d sin apex, d (1 - cos apex)) from the lens.
   const MirrorViewSettings& settings = view_.settings();
@@ -188,14 +196,16 @@ std::optional<BandCandidate> BandFinder::candidate_of(const std::vector<Reading>
   std::vector<double> limits;
   for (const Reading& r : readings) {
     direction += r.direction;
-    first += r.first;
-    last += r.last;
     limits.push_back(r.limit);
   }
   const auto n = double(readings.size());
   direction /= n;
-  first /= n;
-  last /= n;
+  // The middle third shows the near side. Beside it a band is farther away, and is seen nearer to the tip.
+  const std::size_t side = readings.size() / 3;
+  for (std::size_t i = side; i < readings.size() - side; ++i) {
+    first += readings[i].first / double(readings.size() - 2 * side);
+    last += readings[i].last / double(readings.size() - 2 * side);
+  }
   BandCandidate bands;
   bands.number = readings.front().number;
   const double cell = (first - last) / kInnerCells;
@@ -211,9 +221,10 @@ std::optional<BandCandidate> BandFinder::candidate_of(const std::vector<Reading>
   const Eigen::Vector2d from_tip = *pixel - view_.settings().centre_px;
   bands.candidate.angle_rad = std::atan2(from_tip.y(), from_tip.x());
   bands.candidate.top_px = from_tip.norm();
-  bands.candidate.area_px = n;
   bands.candidate.first_bin = readings.front().direction;
   bands.candidate.last_bin = readings.back().direction;
+  // A line within it that nothing was read on shows it, too.
+  bands.candidate.area_px = bands.candidate.last_bin - bands.candidate.first_bin + 1;
   return bands;
 }
 

@@ -16,7 +16,7 @@ namespace twocone::vision {
 /// The bands of one landmark in one view.
 struct BandCandidate {
   int number = 0;             ///< vision/bands/band_code.h
-  Candidate candidate;        ///< `top_px` is the radius of the line that the print marks
+  Candidate candidate;        ///< `top_px`: radius of the line that the print marks; `area_px`: number of kDirections
   double slope_per_cell = 0;  ///< by how much the slope of the ray falls from one cell to the next, > 0
   double line_slope = 0;      ///< of the ray to the line
   double bearing_rad = 0;     ///< unit's frame (vision/mirror_view.h)
@@ -40,6 +40,9 @@ class BandFinder {
 
   /// Returns what the image shows, the widest of each number first. @param rgb CV_8UC3 of the constructor's size
   [[nodiscard]] std::vector<BandCandidate> find(const cv::Mat& rgb) const;
+
+  /// Returns the covariance of where a candidate is, px^2, that comes from the distance of the lines beside each other.
+  static Eigen::Matrix2d between_lines_px2(const Candidate& candidate);
 
   /// The place of bands by their own size.
   struct Place {

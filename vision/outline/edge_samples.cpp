@@ -462,6 +462,8 @@ void cross(const Segment& segment, const Eigen::Vector2d& across, int stride, st
     c.edge_sample.by_bearing_pxprad =
         static_cast<float>(normal.dot(a.by_bearing_pxprad + u * (b.by_bearing_pxprad - a.by_bearing_pxprad)));
     c.edge_sample.by_width_px = static_cast<float>(normal.dot(a.by_width_px + u * (b.by_width_px - a.by_width_px)));
+    c.edge_sample.by_height_pxpm =
+        static_cast<float>(normal.dot(a.by_height_pxpm + u * (b.by_height_pxpm - a.by_height_pxpm)));
     c.edge_sample.by_lean_px = static_cast<float>(normal.dot(a.by_lean_px + u * (b.by_lean_px - a.by_lean_px)));
     c.edge_sample.width_px = static_cast<float>(a.width_px + u * (b.width_px - a.width_px));
     const double chord_px = a.chord_px + u * (b.chord_px - a.chord_px);

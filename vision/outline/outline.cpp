@@ -17,6 +17,7 @@ constexpr double kHuge_px = 1e6;  // wider than any image
 constexpr double kRangeStep = 1e-5;  // share of the range
 constexpr double kBearingStep_rad = 1e-5;
 constexpr double kWidthStep = 1e-4;  // share of the radius
+constexpr double kHeightStep_m = 1e-5;
 
 /// A place on a cylinder's surface that faces the view: its height, and its turn from the near side as a share of the
 /// turn of a side, -1 to 1.
@@ -86,8 +87,15 @@ bool make_vertices(const MirrorView& view, const Cylinder& cylinder, std::span<c
     moved.radius_m += step_m;
     if (!project(view, moved, places, rim, wider)) return false;
   }
+  Pixels higher = here;
+  if (cylinder.height_doubt_m > 0) {
+    std::vector<Place> raised(places.begin(), places.end());
+    for (Place& place : raised) place.height_m += kHeightStep_m;
+    if (!project(view, cylinder, raised, rim, higher)) return false;
+  }
   for (std::size_t k = 0; k < vertices.size(); ++k) {
     Outline::Vertex& v = vertices[k];
+    v.by_height_pxpm = (higher[k] - here[k]) / kHeightStep_m;
     v.pixel_px = here[k];
     v.by_range_pxpm = (farther[k] - here[k]) / range_step_m;
     v.by_bearing_pxprad = (turned[k] - here[k]) / kBearingStep_rad;

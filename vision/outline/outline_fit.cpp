@@ -10,7 +10,7 @@
 namespace twocone::vision {
 namespace {
 
-using Unknowns = Eigen::Matrix<double, 5, 1>;
+using Unknowns = Eigen::Matrix<double, 6, 1>;
 
 // These four values are tuned by hand on synthetic images; no test fixes them.
 constexpr double kLeastEdgeSamples = 8;
@@ -34,28 +34,29 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   const auto share = [&](Outline::Part part) { return all[part] > 0 ? double(usable[part]) / all[part] : 0.0; };
 
   // The unknowns are range and bearing, both in pixels at the near point, the blur, and, where they are in doubt, the
-  // width's relative error and the lean. Without these, sides that contradict the believed rig would move the top.
-  const Eigen::Vector2d doubts(cylinder.width_doubt, cylinder.lean_doubt_rad);
+  // width's relative error, the lean, and the height. Without these, sides that contradict the believed rig would move
+  // the top, and heights of bands that contradict their size would move them all.
+  const Eigen::Vector3d doubts(cylinder.width_doubt, cylinder.lean_doubt_rad, cylinder.height_doubt_m);
   const bool has_doubt = !doubts.isZero(0);
   // Without a doubt, an unknown stays 0.
   constexpr double kCertain = 1e12;
-  const Eigen::Vector2d prior = (doubts.array() > 0).select(doubts.array().square().inverse(), kCertain);
+  const Eigen::Vector3d prior = (doubts.array() > 0).select(doubts.array().square().inverse(), kCertain);
   const double range_px = outline.near().by_range_pxpm.norm();
   const double bearing_px = outline.near().by_bearing_pxprad.norm();
   Unknowns unknown;
-  unknown << 0, 0, limits.least_blur_px, 0, 0;
+  unknown << 0, 0, limits.least_blur_px, 0, 0, 0;
   OutlineFit fit;
-  Eigen::Matrix<double, 5, 5> normal;
+  Eigen::Matrix<double, 6, 6> normal;
 
   /// How far the outline moves outwards by a unit of range and of bearing, and how far it and the opposite side have
-  /// moved. Range and width move both sides outwards, bearing and lean one outwards and the other inwards.
+  /// moved. Range, width and height move both sides outwards, bearing and lean one outwards and the other inwards.
   struct Motion {
     double range_part, bearing_part, out_px, opposite_px;
   };
   const auto motion_of = [&](const EdgeSample& s) -> Motion {
     const double range_part = s.by_range_pxpm / range_px;
     const double bearing_part = s.by_bearing_pxprad / bearing_px;
-    const double both_px = range_part * unknown[0] + s.by_width_px * unknown[3];
+    const double both_px = range_part * unknown[0] + s.by_width_px * unknown[3] + s.by_height_pxpm * unknown[5];
     const double apart_px = bearing_part * unknown[1] + s.by_lean_px * unknown[4];
     return {range_part, bearing_part, both_px + apart_px, both_px - apart_px};
   };
@@ -89,9 +90,9 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   for (int iteration = 0; iteration < kFitIterations; ++iteration) {
     // The lower half of the normal equations, and their right side.
     double n00 = 0, n10 = 0, n11 = 0, n20 = 0, n21 = 0, n22 = 0, r0 = 0, r1 = 0, r2 = 0;
-    Eigen::Matrix<double, 2, 3> doubts_by_others = Eigen::Matrix<double, 2, 3>::Zero();
-    Eigen::Matrix2d doubts_normal = prior.asDiagonal();
-    Eigen::Vector2d doubts_right = -(prior.array() * unknown.tail<2>().array());
+    Eigen::Matrix3d doubts_by_others = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d doubts_normal = prior.asDiagonal();
+    Eigen::Vector3d doubts_right = -(prior.array() * unknown.tail<3>().array());
     for (const EdgeSample& s : read.edge_samples) {
       if (!s.is_usable) continue;
       const auto [range_part, bearing_part, out_px, opposite_px] = motion_of(s);
@@ -117,17 +118,18 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
         r1 += weight * residual * by_bearing;
         r2 += weight * residual * m.by_blur;
         if (!has_doubt) continue;
-        const Eigen::Vector2d by_doubts(s.by_width_px * (m.by_out + m.by_opposite),
-                                        s.by_lean_px * (m.by_out - m.by_opposite));
+        const double both = m.by_out + m.by_opposite;
+        const Eigen::Vector3d by_doubts(s.by_width_px * both, s.by_lean_px * (m.by_out - m.by_opposite),
+                                        s.by_height_pxpm * both);
         doubts_by_others += weight * by_doubts * Eigen::RowVector3d(by_range, by_bearing, m.by_blur);
         doubts_normal += weight * by_doubts * by_doubts.transpose();
         doubts_right += weight * residual * by_doubts;
       }
     }
     normal.topLeftCorner<3, 3>() << n00, n10, n20, n10, n11, n21, n20, n21, n22;
-    normal.bottomLeftCorner<2, 3>() = doubts_by_others;
-    normal.topRightCorner<3, 2>() = doubts_by_others.transpose();
-    normal.bottomRightCorner<2, 2>() = doubts_normal;
+    normal.bottomLeftCorner<3, 3>() = doubts_by_others;
+    normal.topRightCorner<3, 3>() = doubts_by_others.transpose();
+    normal.bottomRightCorner<3, 3>() = doubts_normal;
     Unknowns right;
     right << r0, r1, r2, doubts_right;
     // Only the data determine the blur. This term, of a standard deviation of 0.5 px, limits its steps: otherwise it
@@ -176,7 +178,9 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       information += m.by_out * m.by_out / (sigma * sigma);
       const double both = m.by_out + m.by_opposite;
       const double apart = m.by_out - m.by_opposite;
-      const Unknowns by{range_part * both, bearing_part * apart, m.by_blur, s.by_width_px * both, s.by_lean_px * apart};
+      Unknowns by;
+      by << range_part * both, bearing_part * apart, m.by_blur, s.by_width_px * both, s.by_lean_px * apart,
+          s.by_height_pxpm * both;
       by_rows += bearing_part * apart * (double(s.row) - near_row) / (sigma * sigma) * by;
       fit.edges.residual += residual * residual;
       fit.edges.grey += grey_variance_of(s, p, inner);
@@ -201,9 +205,9 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   // The fit makes the sum of the arc's scores zero, which reduces the sum of their products. This corrects for it.
   fit.arc_scores.found /= std::max(0.2, 1 - 3.0 / std::max(arc_samples, 1));
   // Eliminate the blur, which moves no edge, but for a thin landmark it is correlated with the width, and the width.
-  const Eigen::Matrix2d pixels = normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 3>() *
-                                                                    normal.bottomRightCorner<3, 3>().inverse() *
-                                                                    normal.bottomLeftCorner<3, 2>();
+  const Eigen::Matrix2d pixels = normal.topLeftCorner<2, 2>() - normal.topRightCorner<2, 4>() *
+                                                                    normal.bottomRightCorner<4, 4>().inverse() *
+                                                                    normal.bottomLeftCorner<4, 2>();
   fit.exposed_row = near_row + normal.ldlt().solve(by_rows)[1];
   const Eigen::Vector2d scale(range_px, bearing_px);
   fit.information = scale.asDiagonal() * pixels * scale.asDiagonal();
@@ -211,6 +215,14 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   fit.step = {unknown.x() / range_px, unknown.y() / bearing_px};
   fit.cylinder.range_m += fit.step.x();
   fit.cylinder.bearing_rad += fit.step.y();
+  if (cylinder.height_doubt_m > 0) {
+    fit.height_step_m = unknown[5];
+    fit.cylinder.top_m += fit.height_step_m;
+    const Eigen::Matrix<double, 6, 6> covariance = normal.inverse();
+    const Eigen::Vector3d to_si(1 / range_px, 1 / bearing_px, 1);
+    const std::array kept{0, 1, 5};
+    fit.with_height = to_si.asDiagonal() * Eigen::Matrix3d(covariance(kept, kept)) * to_si.asDiagonal();
+  }
   fit.edges.code_variance = read.code_variance;
   fit.outline = outline;
   fit.edges.blur = unknown[2];

@@ -29,6 +29,8 @@ struct Cylinder {
   /// Standard deviation of the angle by which its image leans, rad, for the same cause.
   double lean_doubt_rad = 0;
   std::optional<Bands> bands{};  ///< round it; `top_m` is then the height of their line
+  /// Standard deviation of `top_m`, for the same cause: bands show range and height apart. 0: it has that height.
+  double height_doubt_m = 0;
 
   /// Returns the place of its axis in the body frame.
   [[nodiscard]] Eigen::Vector2d place_m() const {
@@ -66,10 +68,11 @@ struct Outline {
     Eigen::Vector2d by_bearing_pxprad;  ///< d pixel / d bearing
     /// d pixel / d ln(radius), while the near point stays; 0 where Cylinder::width_doubt is 0.
     Eigen::Vector2d by_width_px;
-    Eigen::Vector2d by_lean_px;  ///< d pixel / d angle, rad, of a turn of the image about the near point
-    Eigen::Vector2d bulge_px;    ///< of the segment that begins here
-    double chord_px;             ///< distance to the opposite vertex
-    double width_px;             ///< the same on the sides, huge on the arc
+    Eigen::Vector2d by_height_pxpm;  ///< d pixel / d height; 0 where Cylinder::height_doubt_m is 0
+    Eigen::Vector2d by_lean_px;      ///< d pixel / d angle, rad, of a turn of the image about the near point
+    Eigen::Vector2d bulge_px;        ///< of the segment that begins here
+    double chord_px;                 ///< distance to the opposite vertex
+    double width_px;                 ///< the same on the sides, huge on the arc
   };
   std::array<Vertex, kVertices> vertices;
 
@@ -138,6 +141,7 @@ struct EdgeSample {
   float by_range_pxpm;                ///< outward motion of the outline with the landmark's range ...
   float by_bearing_pxprad;            ///< ... and bearing ...
   float by_width_px, by_lean_px;      ///< ... and width and lean, see Outline::Vertex
+  float by_height_pxpm;               ///< ... and height
   float row;                          ///< of the image, where it is
   float width_px;                     ///< distance to the opposite side
   float inside_noise, outside_noise;  ///< variance of the landmark's and the background's colour, over that of a pixel
@@ -224,9 +228,12 @@ struct OutlineFit {
   Outline outline;              ///< of the cylinder from which the fit started
   Eigen::Vector2d step;         ///< from that cylinder to `cylinder`, (range m, bearing rad)
   Eigen::Matrix2d information;  ///< of (range m, bearing rad) for the given PixelNoise
-  double exposed_row = 0;       ///< see Sighting::exposed_row
-  double length_px = 0;         ///< length of the outline that was used
-  double arc_support = 0;       ///< share of the arc, and of each side, that can be used
+  double height_step_m = 0;     ///< from that cylinder's top to that of `cylinder`
+  /// Covariance of (range m, bearing rad, height m), where the height is in doubt.
+  std::optional<Eigen::Matrix3d> with_height{};
+  double exposed_row = 0;  ///< see Sighting::exposed_row
+  double length_px = 0;    ///< length of the outline that was used
+  double arc_support = 0;  ///< share of the arc, and of each side, that can be used
   double left_support = 0, right_support = 0;
   /// Width of the cylinder's outline minus the observed width, a mean along the sides.
   double narrowness_px = 0;

@@ -179,7 +179,9 @@ std::optional<OutlineWidth> width_of(const OutlineFit& fit, double sigma_px) {
 std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, double side_scatter) {
   // The arc determines the range, the sides the bearing.
   const Eigen::Vector2d root(std::sqrt(arc_scatter), std::sqrt(side_scatter));
-  Eigen::Matrix2d covariance = root.asDiagonal() * fit.information.inverse() * root.asDiagonal();
+  const Eigen::Matrix2d of_place = fit.with_height ? Eigen::Matrix2d(fit.with_height->topLeftCorner<2, 2>())
+                                                   : Eigen::Matrix2d(fit.information.inverse());
+  Eigen::Matrix2d covariance = root.asDiagonal() * of_place * root.asDiagonal();
   // If the sides are farther apart, or nearer, than noise explains, something beside one of them is taken for the
   // landmark or hides it, and it is not known on which side.
   const double noise_px2 = side_scatter * fit.sigma_narrowness_px * fit.sigma_narrowness_px;
@@ -199,8 +201,19 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   Eigen::Matrix2d by_place;
   by_place << near.by_range_pxpm, near.by_bearing_pxprad;
   Sighting sighting;
-  sighting.pixel_px = near.pixel_px + by_place * fit.step;
-  sighting.covariance_px2 = by_place * covariance * by_place.transpose();
+  sighting.pixel_px = near.pixel_px + by_place * fit.step + near.by_height_pxpm * fit.height_step_m;
+  if (fit.with_height) {
+    // Range and height are known less well than the pixel that shows their line.
+    Eigen::Matrix3d all = *fit.with_height;
+    const Eigen::Vector3d roots(root.x(), root.y(), root.x());
+    all = Eigen::Matrix3d(roots.asDiagonal() * all * roots.asDiagonal());
+    all.topLeftCorner<2, 2>() += covariance - root.asDiagonal() * of_place * root.asDiagonal();
+    Eigen::Matrix<double, 2, 3> by_all;
+    by_all << by_place, near.by_height_pxpm;
+    sighting.covariance_px2 = by_all * all * by_all.transpose();
+  } else {
+    sighting.covariance_px2 = by_place * covariance * by_place.transpose();
+  }
   const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
   sighting.edge_noise_px = std::sqrt(fit.length_px / information);
   sighting.exposed_row = fit.exposed_row;
@@ -275,8 +288,9 @@ class ToleranceChoice {
 };
 
 /// @param step (range m, bearing rad)
-Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step) {
+Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step, double height_step_m = 0) {
   Cylinder there = cylinder;
+  there.top_m += height_step_m;
   there.range_m += step.x();
   there.bearing_rad += step.y();
   return there;
@@ -284,6 +298,15 @@ Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step) {
 
 double step_px(const Outline& outline, const Eigen::Vector2d& step) {
   return std::hypot(outline.near().by_range_pxpm.norm() * step.x(), outline.near().by_bearing_pxprad.norm() * step.y());
+}
+
+/// Returns how far a fit's step moves the near point. Steps of range and height may undo each other.
+double whole_step_px(const OutlineFit& fit) {
+  if (fit.cylinder.height_doubt_m == 0) return step_px(fit.outline, fit.step);
+  const Outline::Vertex& near = fit.outline.near();
+  return (near.by_range_pxpm * fit.step.x() + near.by_bearing_pxprad * fit.step.y() +
+          near.by_height_pxpm * fit.height_step_m)
+      .norm();
 }
 
 }  // namespace
@@ -374,10 +397,10 @@ void ViewFitter::fit_bands(const OutlineTask& task, const Cylinder& start) const
   Cylinder from = start;
   for (int round = 0; round < kFineRounds; ++round) {
     fit(task, from, reach_of(1), PixelNoise{}, {1, kMostBlur_px, kCoarse_px}, 1);
-    if (!look.fit || step_px(look.fit->outline, look.fit->step) > kBandsReach_px) break;
+    if (!look.fit || whole_step_px(*look.fit) > kBandsReach_px) break;
     look.pool = look.fit->edges;
-    if (step_px(look.fit->outline, look.fit->step) <= kFineStep_px) return;
-    from = moved(from, look.fit->step);
+    if (whole_step_px(*look.fit) <= kFineStep_px) return;
+    from = moved(from, look.fit->step, look.fit->height_step_m);
   }
   look.fit.reset();
   look.pool.reset();
@@ -402,9 +425,7 @@ bool ViewFitter::fit_near(const OutlineTask& task, const Cylinder& start) const 
   OutlineSearch tried = task.look;
   fit({task.surface, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
       {1, kMostBlur_px, kCoarse_px}, kCoarseStride);
-  if (!tried.fit || tried.fit->edges.blur > kNearBlur_px ||
-      step_px(tried.fit->outline, tried.fit->step) > kExpectedReach_px)
-    return false;
+  if (!tried.fit || tried.fit->edges.blur > kNearBlur_px || whole_step_px(*tried.fit) > kExpectedReach_px) return false;
   tried.pool = tried.fit->edges;
   task.look = std::move(tried);
   return true;
@@ -445,10 +466,11 @@ std::optional<Eigen::Vector2d> ViewFitter::fit_whole(const OutlineTask& task, co
                                                      const Common& common, double converged_px) const {
   OutlineSearch& look = task.look;
   look.is_fine = true;
-  look.is_one_ray = common.is_one_ray;
+  // The posteriors of single rays know no height.
+  look.is_one_ray = common.is_one_ray && start.height_doubt_m == 0;
   fit(task, start, common.reach, common.noise, {common.blur_px, common.blur_px, converged_px}, 1);
   if (!look.fit) return std::nullopt;
-  look.one_ray = common.is_one_ray ? fit_one_ray(task.edge_samples, *look.fit) : std::nullopt;
+  look.one_ray = look.is_one_ray ? fit_one_ray(task.edge_samples, *look.fit) : std::nullopt;
   return look.one_ray ? look.one_ray->by_tolerance.front().step : look.fit->step;
 }
 
@@ -456,8 +478,10 @@ void ViewFitter::fit_fine(const OutlineTask& task, const Common& common) const {
   Cylinder start = task.look.fit->cylinder;
   for (int round = 0; round < kFineRounds; ++round) {
     const auto step = fit_whole(task, start, common, kConverged_px);
-    if (!step || step_px(task.look.fit->outline, *step) <= kFineStep_px) return;
-    start = moved(start, *step);
+    if (!step) return;
+    const bool has_height = start.height_doubt_m > 0;
+    if ((has_height ? whole_step_px(*task.look.fit) : step_px(task.look.fit->outline, *step)) <= kFineStep_px) return;
+    start = moved(start, *step, task.look.fit->height_step_m);
   }
 }
 
@@ -468,13 +492,13 @@ bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected,
     const auto step =
         fit_whole({task.surface, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
     if (!step) return false;
-    const double length_px = step_px(tried.fit->outline, *step);
+    const double length_px = start.height_doubt_m > 0 ? whole_step_px(*tried.fit) : step_px(tried.fit->outline, *step);
     if (length_px <= kExpectedReach_px) {
       task.look = std::move(tried);
       return true;
     }
     if (length_px > kExpectedFar_px) return false;
-    start = moved(start, *step);
+    start = moved(start, *step, tried.fit->height_step_m);
   }
   return false;
 }
