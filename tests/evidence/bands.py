@@ -33,7 +33,7 @@ def rows(run, table):
 def decoys(file):
     text = open(file).read()
     folder = os.path.dirname(os.path.abspath(file))
-    text = re.sub(r"^scene: (.*)$", rf"scene: {folder}/\1", text, flags=re.M)
+    text = re.sub(r"^scene: (.*)$", rf"scene: {folder}/\1\nscene_paths: [{folder}]", text, flags=re.M)
     used = {int(number) for number in re.findall(r"bands: *(\d+)", text)}
     lines = "".join(
         f"  - {{name: none_{n}, bands: {n}, x_m: {-2.95 + 0.09 * n:.2f}, y_m: 2.54, radius_m: {RADIUS_M}, line_m: {LINE_M}}}\n"

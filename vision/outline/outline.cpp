@@ -58,6 +58,7 @@ bool project(const MirrorView& view, const Cylinder& c, std::span<const Place> p
 /// The places of a chain: up one side, along the rim, down the other side. The sides begin at the height `bottom_m`.
 std::vector<Place> chain_of(const Cylinder& c, double bottom_m) {
   std::vector<Place> places;
+  places.reserve(Outline::kVertices);
   const auto side_height = [&](int i) { return bottom_m + (c.top_m - bottom_m) * i / Outline::kSideSegments; };
   for (int i = 0; i < Outline::kSideSegments; ++i) places.push_back({-1, side_height(i)});
   for (int i = 0; i <= Outline::kArcSegments; ++i) places.push_back({2.0 * i / Outline::kArcSegments - 1, c.top_m});
