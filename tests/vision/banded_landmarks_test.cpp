@@ -122,7 +122,7 @@ TEST(BandFinder, ReadsThroughAnyConeLensAndTiltAndInEitherSense) {
   }
 }
 
-TEST(BandFinder, ReadsToFiveMetresInTheLowerViewAndToHalfOfItInTheUpperOne) {
+TEST(BandFinder, ReadsToFiveMetresInTheLowerViewAndToHalfOfItInTheUpperOneOverSeeds) {
   const std::array finders{BandFinder(bare_lab().rig.lower, kImage), BandFinder(bare_lab().rig.upper, kImage)};
   for (int i = 0; i < 10; ++i) {
     for (const double range_m : {2.0, 2.8, 4.0, 5.0}) {
@@ -168,7 +168,7 @@ std::vector<Landmark> around(std::mt19937_64& random, std::size_t count, double 
   return landmarks;
 }
 
-TEST(BandedLandmark, SigmasHoldTheTruthWithNoiseAndAnyBackground) {
+TEST(BandedLandmark, SigmasHoldTheTruthOverSeeds) {
   std::mt19937_64 random(5);
   const SyntheticRig chequered(lab_rig(), SyntheticBackground{.level = 0.4, .cells = 9, .contrast = 0.6});
   double chi_squared = 0;
@@ -217,7 +217,7 @@ TEST(BandedLandmark, TellApartWhatIsNoLandmark) {
   EXPECT_EQ(look(bare_lab(), scene_of({landmark, copy}), {landmark, copy})[1].verdict, RangeVerdict::kSameColour);
 }
 
-TEST(BandedLandmark, SigmasHoldTheTruthWhereTheLineIsNotWhereTheMapHasIt) {
+TEST(BandedLandmark, SigmasHoldTheTruthWhereTheLineIsNotWhereTheMapHasItOverSeeds) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> off_m(0, 0.01);
   double chi_squared = 0;

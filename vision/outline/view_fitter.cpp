@@ -78,7 +78,7 @@ constexpr double kNarrowSigmas = 5;
 // without noise at radii of 4 and 8 pixels; no test repeats that measurement or fixes the value.
 constexpr double kCurvedError_px = 0.05;
 // Error of the edges of bands that all edges of a landmark share: light that changes across a band. Measured without
-// noise; banded_landmarks_test.cpp, SigmasHoldTheTruth, fixes it to a factor of two.
+// noise; banded_landmarks_test.cpp, SigmasHoldTheTruthOverSeeds, fixes it to a factor of two.
 constexpr double kBandError_px = 0.025;
 // Lower limits of the observed scatter over the expected one; the second is that of the sides in fine fits. The stairs
 // of rays on a grid make neighbours differ in opposite directions, so the scatter along a side may be small. But light
