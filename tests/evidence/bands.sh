@@ -60,7 +60,7 @@ mkdir -p "$work/survey"
 step survey surveyed
 step surveyed tests/evidence/survey.py "$work/survey"
 
-row "sightings of banded landmarks in a room full of colours, blinds, books and striped vases, $drives drives in three kinds of light: those with a wrong number" \
+row "sightings of banded landmarks in a room full of colours, blinds, books and striped vases, ${#runs[@]} drives in three kinds of light: those with a wrong number" \
   "$(of false wrong_numbers) of $(of false sightings); $(of false refused) readings refused because their size contradicts the map" \
   "none of 100,000" "$(holds "\"$(of false wrong_numbers)\" == \"0\" && $(of false sightings) + 0 >= 100000")"
 row "the same: ranges that are off by more than 50 mm and six sigmas" "$(of false wrong_ranges)" "none" "$(holds "\"$(of false wrong_ranges)\" == \"0\"")"
