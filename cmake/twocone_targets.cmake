@@ -23,7 +23,7 @@ function(twocone_set_up target)
 endfunction()
 
 # twocone_precompile(TARGET product|tests): compiles headers that most files include only once, which saves a quarter of a
-# build. This is done only in preset dev: the other presets, and ./test.sh --lint, detect a missing #include.
+# build. This is done only in presets dev and asan: the other presets, and ./test.sh --lint, detect a missing #include.
 function(twocone_precompile target of)
   if(NOT TWOCONE_PRECOMPILE)
     return()

@@ -91,67 +91,72 @@ std::optional<MapFilter::Linear> MapFilter::linear(const vision::RoughLandmark& 
   const Eigen::Vector2d place_m = in_body(pose, numbers.head<2>());
   // A turn of the body by a small angle turns what it sees the other way.
   const Eigen::Vector2d by_heading(place_m.y(), -place_m.x());
-  Linear l;
-  l.noise.setZero();
-  l.by_shared = BySharedErrors<4>::Zero(4, by_shared_.cols());
+  const Eigen::Index rows = 2 * std::ranges::count(thing.is_shown, true);
+  if (rows == 0) return std::nullopt;
+  Linear l{.by_pose = UpTo4Rows<3>(rows, 3),
+           .by_landmark = UpTo4Rows<4>(rows, 4),
+           .difference = UpTo4Rows<1>(rows),
+           .noise = UpTo4By4::Zero(rows, rows),
+           .by_shared = Eigen::MatrixXd::Zero(rows, by_shared_.cols())};
+  Eigen::Index row = 0;
   for (const Side side : {Side::kLower, Side::kUpper}) {
+    if (!thing.is_shown[std::size_t(side)]) continue;
     const auto shown = show(of_view(rig_.rig(), side), place_m, numbers);
     if (!shown) return std::nullopt;
-    const Eigen::Index row = side == Side::kLower ? 0 : 2;
     const vision::Sighting& seen = thing.views[std::size_t(side)];
     l.by_pose.block<2, 2>(row, 0) = -shown->by_place * to_body;
     l.by_pose.block<2, 1>(row, 2) = shown->by_place * by_heading;
     l.by_landmark.block<2, 2>(row, vision::kPlaceX) = shown->by_place * to_body;
     l.by_landmark.block<2, 1>(row, vision::kTop) = shown->by_top;
-    l.by_landmark.block<2, 1>(row, vision::kRadius) = shown->by_radius;
+    l.by_landmark.block<2, 1>(row, vision::kRadius) = shown->by_radius * numbers[vision::kRadius];
     l.difference.segment<2>(row) = seen.pixel_px - shown->pixel_px;
     l.noise.block<2, 2>(row, row) = seen.covariance_px2 + sighting_px_ * sighting_px_ * Eigen::Matrix2d::Identity();
     if (!rig_.is_exact()) {
       l.by_shared.middleRows(row, 2) =
           rig_.pixel_by_shared(side, place_m, numbers[vision::kRadius], numbers[vision::kTop]);
     }
+    row += 2;
   }
   return l.difference.allFinite() && l.by_pose.allFinite() ? std::optional(std::move(l)) : std::nullopt;
 }
 
-Eigen::Matrix4d MapFilter::spread(const Linear& l, std::size_t landmark) const {
+MapFilter::UpTo4By4 MapFilter::spread(const Linear& l, std::size_t landmark) const {
   const Eigen::Index i = at(landmark);
-  Eigen::Matrix<double, 4, 7> slopes;
+  UpTo4Rows<7> slopes(l.difference.rows(), 7);
   slopes << l.by_pose, l.by_landmark;
   Eigen::Matrix<double, 7, 7> own;
   own << own_.topLeftCorner<3, 3>(), own_.block<3, 4>(0, i), own_.block<4, 3>(i, 0), own_.block<4, 4>(i, i);
-  const BySharedErrors<4> by_shared =
+  const Eigen::MatrixXd by_shared =
       l.by_shared - l.by_pose * by_shared_.topRows<3>() - l.by_landmark * by_shared_.middleRows<4>(i);
   return slopes * own * slopes.transpose() + by_shared * by_shared.transpose() + l.noise;
 }
 
-std::optional<double> MapFilter::distance(const vision::RoughLandmark& thing, std::size_t landmark) const {
-  const auto l = linear(thing, state_.segment<4>(at(landmark)));
-  if (!l) return std::nullopt;
-  const Eigen::LLT<Eigen::Matrix4d> llt(spread(*l, landmark));
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  return l->difference.dot(llt.solve(l->difference));
+double MapFilter::likeness(const vision::RoughLandmark& thing, std::size_t landmark) const {
+  const auto l = linear(thing, numbers(landmark));
+  if (!l) return 0;
+  const Eigen::LLT<UpTo4By4> llt(spread(*l, landmark));
+  if (llt.info() != Eigen::Success) return 0;
+  return chi_squared_tail(l->difference.dot(llt.solve(l->difference)), int(l->difference.rows()));
 }
 
 bool MapFilter::update(const vision::RoughLandmark& thing, std::size_t landmark) {
   const Eigen::Index i = at(landmark);
-  const auto l = linear(thing, state_.segment<4>(i));
+  const auto l = linear(thing, numbers(landmark));
   if (!l) return false;
-  const Eigen::LLT<Eigen::Matrix4d> llt(spread(*l, landmark));
+  const Eigen::LLT<UpTo4By4> llt(spread(*l, landmark));
   if (llt.info() != Eigen::Success) return false;
   const Eigen::MatrixXd own_slopes =
       own_.leftCols<3>() * l->by_pose.transpose() + own_.middleCols<4>(i) * l->by_landmark.transpose();  // P H^T
-  const BySharedErrors<4> by_shared =
+  const Eigen::MatrixXd by_shared =
       l->by_shared - l->by_pose * by_shared_.topRows<3>() - l->by_landmark * by_shared_.middleRows<4>(i);
   const Eigen::MatrixXd gain = llt.solve((own_slopes - by_shared_ * by_shared.transpose()).transpose()).transpose();
   // The own part of Joseph's form, expanded, so that only products of four columns remain.
-  const Eigen::Matrix4d own_spread =
+  const UpTo4By4 own_spread =
       l->by_pose * own_slopes.topRows<3>() + l->by_landmark * own_slopes.middleRows<4>(i) + l->noise;
   const Eigen::MatrixXd mixed = own_slopes * gain.transpose();
   Eigen::MatrixXd own = own_ - mixed - mixed.transpose() + gain * own_spread * gain.transpose();
   const Eigen::VectorXd state = state_ + gain * l->difference;
   if (!state.allFinite() || !own.allFinite() || !(own.diagonal().minCoeff() >= 0)) return false;
-  if (!(state[i + vision::kRadius] > 0)) return false;
   own_ = (own + own.transpose()) / 2;
   by_shared_ += gain * by_shared;
   state_ = state;
@@ -165,10 +170,11 @@ void MapFilter::update_radius(std::size_t landmark, double radius_m, double sigm
   const Eigen::Index i = at(landmark) + vision::kRadius;
   const Eigen::RowVectorXd by_shared = by_shared_.row(i);
   const Eigen::VectorXd column = own_.col(i);
-  const double own_spread = column[i] + sigma_m * sigma_m;
+  const double sigma = sigma_m / radius_m;  // of the logarithm
+  const double own_spread = column[i] + sigma * sigma;
   const Eigen::VectorXd gain = (column + by_shared_ * by_shared.transpose()) / (own_spread + by_shared.squaredNorm());
-  const Eigen::VectorXd state = state_ + gain * (radius_m - state_[i]);
-  if (!state.allFinite() || !(state[i] > 0)) return;
+  const Eigen::VectorXd state = state_ + gain * (std::log(radius_m) - state_[i]);
+  if (!state.allFinite()) return;
   const Eigen::MatrixXd mixed = column * gain.transpose();
   own_ += own_spread * gain * gain.transpose() - mixed - mixed.transpose();
   by_shared_ -= gain * by_shared;
@@ -183,7 +189,7 @@ bool MapFilter::is_apart(const vision::RoughLandmark& thing) const {
       Eigen::Rotation2Dd(pose.heading_rad + thing.bearing_rad) * Eigen::Vector2d(thing.range_m, 0);
   for (std::size_t k = 0; k < known_.size(); ++k) {
     if (known_[k].hue != thing.hue) continue;
-    const auto l = linear(thing, state_.segment<4>(at(k)));
+    const auto l = linear(thing, numbers(k));
     if (!l) continue;
     // The covariance of the difference of both places, seen from the body: through the pixels, at the landmark.
     const Eigen::Matrix<double, 4, 3> by_top_too = l->by_landmark.leftCols<3>();
@@ -211,15 +217,18 @@ std::optional<std::size_t> MapFilter::add(const vision::RoughLandmark& thing) {
   const Eigen::Matrix<double, 3, 4> solve = normal.ldlt().solve(by_free.transpose() * weight);
   if (!solve.allFinite()) return std::nullopt;
   numbers.head<3>() += solve * l->difference;
-  // Rows: place, top, radius. Columns: the errors of the pose's estimate, of the pixels, of the radius' estimate.
+  // Rows: place, top, logarithm of the radius. Columns: the errors of the pose's estimate, of the pixels, of the
+  // radius' estimate.
   Eigen::Matrix<double, 4, 3> by_pose = Eigen::Matrix<double, 4, 3>::Zero();
   by_pose.topRows<3>() = -solve * l->by_pose;
   Eigen::Matrix4d by_noise = Eigen::Matrix4d::Zero();
   by_noise.topRows<3>() = solve;
   Eigen::Vector4d by_radius;
   by_radius << -solve * l->by_landmark.col(vision::kRadius), 1;
-  const double radius_sigma =
+  const double radius_sigma_m =
       thing.radius_sigma_m > 0 ? thing.radius_sigma_m : std::hypot(kAreaRadiusShare * thing.radius_m, kHiddenRadius_m);
+  const double radius_sigma = radius_sigma_m / thing.radius_m;
+  numbers[vision::kRadius] = std::log(thing.radius_m);
 
   const Eigen::Index old = state_.size();
   const Eigen::MatrixXd cross = by_pose * own_.topRows<3>();
@@ -250,14 +259,14 @@ std::vector<std::optional<std::size_t>> MapFilter::observe(std::span<const visio
   std::vector<bool> is_taken(before, false);
   // The pair that agrees best first: its update makes the others more certain.
   for (;;) {
-    double least = 0;
+    double most = kGate;
     std::optional<std::pair<std::size_t, std::size_t>> best;
     for (std::size_t i = 0; i < things.size(); ++i) {
       for (std::size_t k = 0; k < before; ++k) {
         if (is_done[i] || is_taken[k] || known_[k].hue != things[i].hue) continue;
-        const auto d2 = distance(things[i], k);
-        if (d2 && chi_squared_tail(*d2, 4) >= kGate && (!best || *d2 < least)) {
-          least = *d2;
+        const double alike = likeness(things[i], k);
+        if (alike >= most) {
+          most = alike;
           best = {i, k};
         }
       }
@@ -270,7 +279,8 @@ std::vector<std::optional<std::size_t>> MapFilter::observe(std::span<const visio
     if (thing.radius_sigma_m > 0) update_radius(best->second, thing.radius_m, thing.radius_sigma_m);
   }
   for (std::size_t i = 0; i < things.size(); ++i) {
-    if (!is_done[i] && is_apart(things[i])) landmarks[i] = add(things[i]);
+    const bool is_in_both = things[i].is_shown[0] && things[i].is_shown[1];
+    if (!is_done[i] && is_in_both && is_apart(things[i])) landmarks[i] = add(things[i]);
   }
   return landmarks;
 }
@@ -291,11 +301,30 @@ PoseEstimate MapFilter::pose() const {
   return {estimated(), own_.topLeftCorner<3, 3>() + shared};
 }
 
+Eigen::Vector4d MapFilter::numbers(std::size_t landmark) const {
+  Eigen::Vector4d numbers = state_.segment<4>(at(landmark));
+  numbers[vision::kRadius] = std::exp(numbers[vision::kRadius]);
+  return numbers;
+}
+
 FoundLandmark MapFilter::landmark(std::size_t index) const {
-  const Eigen::Index i = at(index);
   const Known& known = known_.at(index);
+  const Eigen::Index i = at(index);
+  const Eigen::Vector4d found = numbers(index);
+  const Eigen::Vector4d of_numbers(1, 1, 1, found[vision::kRadius]);  // their slopes by the state
   const Eigen::Matrix4d shared = by_shared_.middleRows<4>(i) * by_shared_.middleRows<4>(i).transpose();
-  return {known.hue, state_.segment<4>(i), own_.block<4, 4>(i, i) + shared, known.sightings, known.last_frame};
+  return {known.hue, found, of_numbers.asDiagonal() * (own_.block<4, 4>(i, i) + shared) * of_numbers.asDiagonal(),
+          known.sightings, known.last_frame};
+}
+
+bool MapFilter::is_in_view(std::size_t index) const {
+  const Eigen::Vector4d found = numbers(index);
+  const Eigen::Vector2d place_m = in_body(estimated(), found.head<2>());
+  return std::ranges::any_of(std::array{Side::kLower, Side::kUpper}, [&](Side side) {
+    const vision::MirrorView& view = of_view(rig_.rig(), side);
+    const auto near_m = near_top_point(view, place_m, found[vision::kRadius], found[vision::kTop]);
+    return near_m && view.project(*near_m).has_value();
+  });
 }
 
 }  // namespace twocone::localisation

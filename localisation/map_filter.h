@@ -27,14 +27,15 @@ struct FoundLandmark {
 
 /// Simultaneous localisation and mapping with an extended Kalman filter: the pose and landmarks that no map lists.
 ///
-/// State: that of PoseHypothesis, and the numbers of each landmark (place, top, radius). Measurements are the pixels of
-/// the near points of tops in both views, and radii where things have them measured. It is a Schmidt-Kalman filter of
-/// the shared errors of rig, exposure times and wheels (PoseHypothesis): they are not estimated, but do not average
-/// away. The world is that of the start pose, which is exact by definition.
+/// State: that of PoseHypothesis, and for each landmark place, top, and the logarithm of its radius, so that no radius
+/// becomes negative. Measurements are the pixels of the near points of tops in the views that show them, and radii
+/// where things have them measured. It is a Schmidt-Kalman filter of the shared errors of rig, exposure times and
+/// wheels (PoseHypothesis): they are not estimated, but do not average away. The world is that of the start pose, which
+/// is exact by definition.
 ///
 /// Association: a thing is the landmark of its hue whose predicted pixels agree best, if chi-squared is within the
-/// 1 - kGate quantile. It is a new landmark if it is farther than kApart_m and kApartSigmas from every landmark of its
-/// hue. Between the two it is left out.
+/// 1 - kGate quantile. It is a new landmark if both views show it, and it is farther than kApart_m and kApartSigmas
+/// from every landmark of its hue. Between the two it is left out.
 class MapFilter {
  public:
   /// The probability that a landmark that was seen before is not recognised.
@@ -61,6 +62,8 @@ class MapFilter {
   [[nodiscard]] PoseEstimate pose() const;
   [[nodiscard]] std::size_t size() const { return known_.size(); }
   [[nodiscard]] FoundLandmark landmark(std::size_t index) const;
+  /// Returns whether a view would show that landmark's top from the estimated pose, if nothing stands before it.
+  [[nodiscard]] bool is_in_view(std::size_t index) const;
   /// Returns the number of calls of observe().
   [[nodiscard]] std::size_t frames() const { return frames_; }
 
@@ -69,27 +72,34 @@ class MapFilter {
   struct Known {
     std::size_t hue, sightings, last_frame;
   };
-  /// Four measured numbers: measured minus expected = slopes (true - estimated pose and landmark) + noise + by_shared
-  /// times the shared errors.
+  template <int kCols>
+  using UpTo4Rows = Eigen::Matrix<double, Eigen::Dynamic, kCols, 0, 4, kCols>;
+  using UpTo4By4 = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 4>;
+  /// Two measured numbers of each view that shows the landmark: measured minus expected = slopes (true - estimated pose
+  /// and landmark) + noise + by_shared times the shared errors.
   struct Linear {
-    Eigen::Matrix<double, 4, 3> by_pose;
-    Eigen::Matrix4d by_landmark;
-    Eigen::Vector4d difference;
-    Eigen::Matrix4d noise;
-    BySharedErrors<4> by_shared;
+    UpTo4Rows<3> by_pose;
+    UpTo4Rows<4> by_landmark;
+    UpTo4Rows<1> difference;
+    UpTo4By4 noise;
+    Eigen::MatrixXd by_shared;
   };
   [[nodiscard]] static Eigen::Index at(std::size_t landmark) {
     return kPoseSize + vision::kLandmarkNumbers * Eigen::Index(landmark);
   }
+  /// @param numbers of a landmark @returns nothing where a view that shows the thing cannot show it there
   [[nodiscard]] std::optional<Linear> linear(const vision::RoughLandmark& thing, const Eigen::Vector4d& numbers) const;
-  [[nodiscard]] Eigen::Matrix4d spread(const Linear& l, std::size_t landmark) const;
-  /// Returns chi-squared of a thing as that landmark; nothing where a view cannot show it there.
-  [[nodiscard]] std::optional<double> distance(const vision::RoughLandmark& thing, std::size_t landmark) const;
+  [[nodiscard]] UpTo4By4 spread(const Linear& l, std::size_t landmark) const;
+  /// Returns the probability that a thing which is that landmark differs as much from what is expected, or more; 0
+  /// where a view cannot show it there.
+  [[nodiscard]] double likeness(const vision::RoughLandmark& thing, std::size_t landmark) const;
   bool update(const vision::RoughLandmark& thing, std::size_t landmark);
   void update_radius(std::size_t landmark, double radius_m, double sigma_m);
   [[nodiscard]] bool is_apart(const vision::RoughLandmark& thing) const;
   std::optional<std::size_t> add(const vision::RoughLandmark& thing);
   [[nodiscard]] Pose estimated() const { return {state_[0], state_[1], state_[2]}; }
+  /// Returns the numbers of a landmark, by vision::LandmarkNumber.
+  [[nodiscard]] Eigen::Vector4d numbers(std::size_t landmark) const;
 
   vision::UncertainRig rig_;
   double sighting_px_;

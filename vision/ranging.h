@@ -117,16 +117,18 @@ struct RangeMeasurement {
 /// RoughLandmark::hue of banded things begins here: in place of a hue they have a number.
 constexpr std::size_t kBandedHue = 1000;
 
-/// What both views show of an upright thing of one colour, or with bands, located to a pixel or so in each
-/// (outline/finder.h).
+/// What the views show of an upright thing of one colour, or with bands: from a search, located to a pixel or so in
+/// both of them (outline/finder.h), or from an outline.
 struct RoughLandmark {
   std::size_t hue = 0;  ///< index into the colours of LandmarkSearch, or kBandedHue + the number of its bands
   std::array<Sighting, 2> views{};  ///< of the near point of its top, at the frame's time: lower, upper
-  double range_m = 0;               ///< to its axis, from the disparity
-  double bearing_rad = 0;           ///< body frame
-  double top_m = 0;                 ///< over the floor, from both views
-  double radius_m = 0;              ///< from its area in the lower view; too small where a part of it is hidden
-  double radius_sigma_m = 0;        ///< of `radius_m` if it was measured otherwise; 0: it is only a start
+  std::array<bool, 2> is_shown{true,
+                               true};  ///< by that view; a sighting of a view that does not show it has no meaning
+  double range_m = 0;                  ///< to its axis, from the disparity
+  double bearing_rad = 0;              ///< body frame
+  double top_m = 0;                    ///< over the floor
+  double radius_m = 0;                 ///< from its area in the lower view; too small where a part of it is hidden
+  double radius_sigma_m = 0;           ///< of `radius_m` if it was measured otherwise; 0: it is only a start
 };
 
 /// Returns the answer, of a method or of a part of one, with that verdict in it.

@@ -23,35 +23,47 @@ constexpr std::size_t kRenewedEvery = 15;
 // Two things of one hue within this share of their range, or this far, are one.
 constexpr double kSameShare = 0.25;
 constexpr double kSame_m = 0.5;
+// So are two whose edges are this close to each other, seen from the robot: a part of a landmark that stands behind
+// something gives a wrong range.
+constexpr double kSameDirection_rad = 0.03;
 // Outlines of one landmark share an error over many frames: its light, and what is beside it. So one frame counts less
 // than its noise alone says.
 constexpr double kSharedError_px = 0.15;
 // A landmark that so many frames have shown is not measured roughly any more.
 constexpr std::size_t kWellKnown = 40;
-// A width has an error besides its noise, from what is beside the landmark. Frames of a drive share it: as many count
-// as one.
-constexpr double kWidthError_px = 0.2;
+// A width has an error besides its noise, from what is beside the landmark and from blur, which widens a landmark the
+// more the narrower it is. Frames of a drive share it: as many count as one, and a radius that is known better than
+// this error allows learns nothing from widths.
+constexpr double kWidthError_px = 0.4;
+constexpr double kBlur_px2 = 2;
 constexpr double kWidthFrames = 30;
 // A landmark is near within this share of the greatest range at which it was seen. One that was seen in n frames is
-// removed when it was near and not seen in this number of frames and in kPatience n: it may stand behind an obstacle
-// for long. What is not settled is removed when it was not seen for kPatienceUnsettled frames, near or not.
+// removed when it was near, inside a view, and not seen in this number of frames and in kPatience n: it may stand
+// behind an obstacle for long. What is not settled is removed when it was not seen for kPatienceUnsettled frames, near
+// or not.
 constexpr double kNearShare = 0.7;
-constexpr std::size_t kLeastPatience = 300;
+constexpr std::size_t kLeastPatience = 150;
 constexpr std::size_t kPatience = 5;
 constexpr std::size_t kPatienceUnsettled = 60;
 
-/// Measures the radius by the widths of the outlines in both views, where they have them.
-void measure_radius(const vision::RangeMeasurement& measured, vision::RoughLandmark& thing) {
+// Relative standard deviation of each wheel's travel, on any floor. On a known map the fixes correct a slip; here the
+// first landmarks take it over.
+constexpr double kSlip = 0.02;
+
+/// Measures the radius by the widths of the outlines in the views, where they have them.
+/// @param known_sigma_m standard deviation of what is known of it
+void measure_radius(const vision::RangeMeasurement& measured, double known_sigma_m, vision::RoughLandmark& thing) {
   double sum = 0;
   double weights = 0;
   for (const auto& sighting : {measured.lower_sighting, measured.upper_sighting}) {
-    if (!sighting->width || !(sighting->width->expected_px > 0)) continue;
+    if (!sighting || !sighting->width || !(sighting->width->expected_px > 0)) continue;
     const vision::OutlineWidth& width = *sighting->width;
-    const double share_sigma = std::hypot(width.sigma_px, kWidthError_px) / width.expected_px;
+    const double share_sigma =
+        std::hypot(width.sigma_px, kWidthError_px, kBlur_px2 / width.expected_px) / width.expected_px;
     sum += width.seen_px / width.expected_px / (share_sigma * share_sigma);
     weights += 1 / (share_sigma * share_sigma);
   }
-  if (!(weights > 0) || !(sum > 0)) return;
+  if (!(weights > 0) || !(sum > 0) || known_sigma_m * std::sqrt(weights) < thing.radius_m) return;
   thing.radius_sigma_m = std::sqrt(kWidthFrames / weights) * thing.radius_m;
   thing.radius_m *= sum / weights;
 }
@@ -79,7 +91,7 @@ Mapping::Mapping(const config::Robot& robot, const config::Map& map)
       errors_(config::to_belief_errors(robot, map_).vision),
       lower_size_(robot.lower.settings.width_px, robot.lower.settings.height_px),
       upper_size_(robot.upper.settings.width_px, robot.upper.settings.height_px),
-      filter_(rig_, errors_, config::to_wheels(robot), {}, config::to_belief_errors(robot, map_).wheels,
+      filter_(rig_, errors_, config::to_wheels(robot), {.slip = kSlip}, config::to_belief_errors(robot, map_).wheels,
               config::to_start_pose(robot)) {
   robot_.estimator.landmarks.clear();
 }
@@ -89,7 +101,6 @@ void Mapping::find_hues(const cv::Mat& lower, const cv::Mat& upper) {
     return {rgb, view.settings().centre_px, view.settings().rim_radius_px};
   };
   const std::size_t before = colours_.size();
-  if (has_bands_) return;
   for (const Eigen::Vector3d& colour : vision::find_hues({image(lower, rig_.lower), image(upper, rig_.upper)})) {
     const auto is_known = [&](const Eigen::Vector3d& known) {
       return vision::hue_distance_rad({known.x(), known.y(), known.z()}, {colour.x(), colour.y(), colour.z()}) <
@@ -117,11 +128,15 @@ MappedLandmark Mapping::landmark(std::size_t index) const {
           .sightings = found.sightings};
 }
 
+bool Mapping::is_settled(const localisation::FoundLandmark& landmark) {
+  return landmark.sightings >= (landmark.hue >= vision::kBandedHue ? kSettledBands : kSettled);
+}
+
 std::vector<MappedLandmark> Mapping::landmarks() const {
   std::vector<MappedLandmark> landmarks;
   for (std::size_t i = 0; i < filter_.size(); ++i) {
     MappedLandmark found = landmark(i);
-    if (found.sightings >= kSettled) landmarks.push_back(std::move(found));
+    if (is_settled(filter_.landmark(i))) landmarks.push_back(std::move(found));
   }
   return landmarks;
 }
@@ -129,7 +144,7 @@ std::vector<MappedLandmark> Mapping::landmarks() const {
 void Mapping::renew_ranging() {
   std::vector<std::size_t> settled;
   for (std::size_t i = 0; i < filter_.size(); ++i) {
-    if (filter_.landmark(i).sightings >= kSettled) settled.push_back(i);
+    if (is_settled(filter_.landmark(i))) settled.push_back(i);
   }
   if (settled == ranged_ && ranging_ && filter_.frames() < ranging_since_ + kRenewedEvery) return;
   ranged_ = std::move(settled);
@@ -154,16 +169,19 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
   const auto measurements = ranging_->measure(lower, upper, motion, expected);
   for (std::size_t k = 0; k < measurements.size(); ++k) {
     const vision::RangeMeasurement& m = measurements[k];
-    if (m.verdict != vision::RangeVerdict::kOk || !m.lower_sighting || !m.upper_sighting || !m.bearing_rad) continue;
+    const bool is_measured = m.verdict == vision::RangeVerdict::kOk || m.verdict == vision::RangeVerdict::kOneView;
+    if (!is_measured || !m.range_m || !m.bearing_rad) continue;
     const localisation::FoundLandmark known = filter_.landmark(ranged_[k]);
-    vision::RoughLandmark thing{.hue = known.hue,
-                                .views = {*m.lower_sighting, *m.upper_sighting},
-                                .range_m = *m.range_m,
-                                .bearing_rad = *m.bearing_rad,
-                                .top_m = map_.landmarks[k].top_m,
-                                // The width is that of the radius with which the outline was made.
-                                .radius_m = map_.landmarks[k].radius_m};
-    measure_radius(m, thing);
+    vision::RoughLandmark thing{
+        .hue = known.hue,
+        .views = {m.lower_sighting.value_or(vision::Sighting{}), m.upper_sighting.value_or(vision::Sighting{})},
+        .is_shown = {m.lower_sighting.has_value(), m.upper_sighting.has_value()},
+        .range_m = *m.range_m,
+        .bearing_rad = *m.bearing_rad,
+        .top_m = map_.landmarks[k].top_m,
+        // The width is that of the radius with which the outline was made.
+        .radius_m = map_.landmarks[k].radius_m};
+    measure_radius(m, std::sqrt(known.covariance(vision::kRadius, vision::kRadius)), thing);
     const Landmark there{.radius_m = thing.radius_m, .top_m = thing.top_m};
     for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
       vision::Sighting& seen = thing.views[std::size_t(side)];
@@ -188,8 +206,12 @@ bool Mapping::is_known(const vision::RoughLandmark& thing, const std::vector<vis
   const localisation::Pose pose = filter_.pose().pose;
   const auto is_here = [&](std::size_t i) {
     const localisation::FoundLandmark known = filter_.landmark(i);
+    if (known.hue != thing.hue || known.sightings < kWellKnown) return false;
     const Eigen::Vector2d place_m = localisation::in_body(pose, known.numbers.head<2>());
-    return known.hue == thing.hue && known.sightings >= kWellKnown && (place_m - place_of(thing)).norm() < same_m;
+    const double turn_rad = localisation::wrap_angle_rad(std::atan2(place_m.y(), place_m.x()) - thing.bearing_rad);
+    const double halves_rad =
+        std::atan2(known.numbers[vision::kRadius], place_m.norm()) + std::atan2(thing.radius_m, thing.range_m);
+    return (place_m - place_of(thing)).norm() < same_m || std::abs(turn_rad) < halves_rad + kSameDirection_rad;
   };
   const auto is_same = [&](const vision::RoughLandmark& other) {
     return other.hue == thing.hue && (place_of(other) - place_of(thing)).norm() < same_m;
@@ -198,12 +220,13 @@ bool Mapping::is_known(const vision::RoughLandmark& thing, const std::vector<vis
 }
 
 void Mapping::go_by_bands() {
+  if (has_bands_) return;
   std::size_t banded = 0;
   for (std::size_t i = 0; i < filter_.size(); ++i) {
     const localisation::FoundLandmark known = filter_.landmark(i);
-    banded += known.hue >= vision::kBandedHue && known.sightings >= kSettled ? 1 : 0;
+    banded += known.hue >= vision::kBandedHue && is_settled(known) ? 1 : 0;
   }
-  if (has_bands_ || banded < vision::kBandsAlone) return;
+  if (banded < vision::kBandsAlone) return;
   has_bands_ = true;
   for (std::size_t i = filter_.size(); i-- > 0;) {
     if (filter_.landmark(i).hue >= vision::kBandedHue) continue;
@@ -230,12 +253,11 @@ void Mapping::follow() {
     const std::size_t unseen = filter_.frames() - known.last_frame;
     if (unseen == 0) {
       follow.farthest_m = std::max(follow.farthest_m, range_m);
-    } else if (range_m < kNearShare * follow.farthest_m) {
+    } else if (range_m < kNearShare * follow.farthest_m && filter_.is_in_view(i)) {
       ++follow.missed;
     }
-    const bool is_gone = known.sightings < kSettled
-                             ? unseen >= kPatienceUnsettled
-                             : follow.missed >= std::max(kLeastPatience, kPatience * known.sightings);
+    const bool is_gone = is_settled(known) ? follow.missed >= std::max(kLeastPatience, kPatience * known.sightings)
+                                           : unseen >= kPatienceUnsettled;
     if (!is_gone) continue;
     filter_.remove(i);
     follows_.erase(follows_.begin() + std::ptrdiff_t(i));
@@ -254,11 +276,14 @@ Result<MappedFrame> Mapping::answer(const Image& lower, const Image& upper,
   const auto above = as_rgb(upper, upper_size_, "upper", upper_rgb);
   if (!above) return above.error();
   filter_.predict(t_s, left_rad, right_rad);
-  if (filter_.frames() % kHuesEvery == 0) find_hues(*below, *above);
+  if (filter_.frames() % kHuesEvery == 0 && !has_bands_) find_hues(*below, *above);
   renew_ranging();
   std::vector<vision::RoughLandmark> things = measured(*below, *above, motion);
   for (vision::RoughLandmark& thing : search_->look(*below, *above, motion)) {
-    if (!is_known(thing, things)) things.push_back(std::move(thing));
+    if (is_known(thing, things)) continue;
+    // The error of a rough place is that of the search, which frames share: so many count as one.
+    for (vision::Sighting& seen : thing.views) seen.covariance_px2 *= double(kSettled);
+    things.push_back(std::move(thing));
   }
   MappedFrame frame;
   frame.timing.vision_s = thread_time_s() - begin_cpu_s;

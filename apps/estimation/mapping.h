@@ -46,10 +46,11 @@ struct MappedFrame {
 ///    frames.
 /// 2. Things of these hues in both views, roughly; a new one becomes a landmark of the filter
 ///    (localisation/map_filter.h).
-/// 3. Landmarks that kSettled frames have shown are measured by their outlines (vision/outline_ranging.h), where the
-///    filter expects them.
-/// 4. A landmark that was near for long and not seen, compared with how often it was seen, is removed: it was something
-///    that passed by. One that is far away stays, also for a whole way round.
+/// 3. Landmarks that kSettled frames have shown, kSettledBands for bands, are measured by their outlines
+/// (vision/outline_ranging.h), where the
+///    filter expects them, in one view or both.
+/// 4. A landmark that was near for long, inside a view, and not seen, compared with how often it was seen, is removed:
+///    it was something that passed by. One that is far away stays, also for a whole way round.
 ///
 /// The world is that of the start pose, which is exact by definition. The answers depend on the images and the wheels
 /// alone.
@@ -57,6 +58,8 @@ class Mapping {
  public:
   static constexpr std::size_t kHuesEvery = 10;
   static constexpr std::size_t kSettled = 6;
+  /// The same for bands. A screen, or a shelf, may be read as a number from where the robot is for a moment.
+  static constexpr std::size_t kSettledBands = 15;
 
   /// @param map its bounds count, its landmarks do not. @throws config::FileError for a rig that the method cannot use
   Mapping(const config::Robot& robot, const config::Map& map);
@@ -68,16 +71,18 @@ class Mapping {
   Result<MappedFrame> answer(const Image& lower, const Image& upper, const std::optional<vision::FrameMotion>& motion,
                              double t_s, double left_rad, double right_rad);
 
-  /// Returns the landmarks that kSettled frames have shown.
+  /// Returns the landmarks that enough frames have shown.
   [[nodiscard]] std::vector<MappedLandmark> landmarks() const;
 
  private:
   void find_hues(const cv::Mat& lower, const cv::Mat& upper);
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
+  [[nodiscard]] static bool is_settled(const localisation::FoundLandmark& landmark);
   void renew_ranging();
   [[nodiscard]] std::vector<vision::RoughLandmark> measured(const cv::Mat& lower, const cv::Mat& upper,
                                                             const std::optional<vision::FrameMotion>& motion) const;
-  /// Returns whether a rough thing adds nothing to what outlines have measured, or to what is known well.
+  /// Returns whether a rough thing adds nothing to what outlines have measured, or to what is known well, or may be a
+  /// part of it.
   [[nodiscard]] bool is_known(const vision::RoughLandmark& thing,
                               const std::vector<vision::RoughLandmark>& measured) const;
   /// Names the landmarks that are new, and removes those that passed by.
@@ -97,7 +102,7 @@ class Mapping {
   struct Follow {
     std::string name;
     double farthest_m = 0;   ///< greatest range at which it was seen
-    std::size_t missed = 0;  ///< frames in which it was near and not seen
+    std::size_t missed = 0;  ///< frames in which it was near, inside a view, and not seen
   };
   std::vector<Follow> follows_;         ///< of the filter's landmarks
   std::map<std::string, int> numbers_;  ///< how many landmarks had a hue's name

@@ -7,7 +7,10 @@
   survey.py --tape FOLDER SEED   two landmarks of that survey that are about 3 m apart, and their true distance with an error of
                         2 mm, as twocone survey --distance wants them
 
-  survey.py --track RUN MAP.yaml   the track and the last landmarks of a run without a map of landmarks, against the truth
+  survey.py --track RUN MAP.yaml [LOCALISED]   the track and the last landmarks of a run without a map of landmarks, against the
+                        truth; beside the track of the same images on the true map
+  survey.py --mrpt PROGRAM RUN MAP.yaml   the map that MRPT's range-bearing SLAM (mrpt_slam.cpp) makes of the ranges and bearings of a
+                        localised run, which it gets with the landmarks' identities, against the truth
   survey.py --cost COMMAND...   runs a command; prints its seconds and its greatest memory, MiB
 
 Prints lines KEY VALUE, and a line of each robot to standard error. Errors of landmarks are those that remain after the best
@@ -108,39 +111,107 @@ def table(file):
     return [dict(zip(lines[0], line)) for line in lines[1:]]
 
 
-def track(run, map_file):
+def truth_of(run):
     truth = {}
     for line in open(f"{run}/truth.tum"):
         t, x, y, _, _, _, z, w = map(float, line.split())
         truth[round(t, 6)] = (x, y, 2 * math.atan2(z, w))
+    return truth
+
+
+def of_track(rows, truth, turn=1, shift=0):
+    """Returns the distances of a track's positions, moved by a similarity, from the truth, mm, and its poses' normalised errors
+    squared."""
     off, squares = [], []
-    for row in table(f"{run}/track.csv"):
+    for row in rows:
+        if not row["x_m"]:
+            continue
         x, y, heading = truth[round(float(row["t_s"]), 6)]
+        place = turn * complex(float(row["x_m"]), float(row["y_m"])) + shift
+        off.append(1000 * abs(place - complex(x, y)))
         error = [float(row["x_m"]) - x, float(row["y_m"]) - y,
                  math.remainder(float(row["heading_rad"]) - heading, 2 * math.pi)]
-        off.append(1000 * math.hypot(error[0], error[1]))
         xx, xy, yy, xh, yh, hh = (float(row[key]) for key in (
             "var_x_m2", "cov_xy_m2", "var_y_m2", "cov_x_heading_m_rad", "cov_y_heading_m_rad", "var_heading_rad2"))
-        if min(xx, yy, hh) > 1e-10:  # the start is exact
+        if int(row["frame"]) >= 15:  # the start is exact
             squares.append(dot(error, solve([[xx, xy, xh], [xy, yy, yh], [xh, yh, hh]], [error])[0]))
+    return off, squares
+
+
+def track(run, map_file, localised=None):
+    truth = truth_of(run)
+    rows = table(f"{run}/track.csv")
+    off, squares = of_track(rows, truth)
     places = landmarks(map_file)
     last = table(f"{run}/landmarks.csv")
     last = [row for row in last if row["frame"] == last[-1]["frame"]]
-    found, errors = set(), []
+    pairs, errors, of_places = [], [], []
     for row in last:
         place = complex(float(row["x_m"]), float(row["y_m"]))
         nearest = min(places, key=lambda name: abs(places[name] - place))
-        if abs(places[nearest] - place) < 0.3:
-            found.add(nearest)
-        errors.append(1000 * abs(places[nearest] - place))
+        error = place - places[nearest]
+        errors.append(1000 * abs(error))
+        if abs(error) < 0.3:
+            pairs.append((place, nearest))
+            xx, xy, yy = (float(row[key]) for key in ("var_x_m2", "cov_xy_m2", "var_y_m2"))
+            error = [error.real, error.imag]
+            of_places.append(dot(error, solve([[xx, xy], [xy, yy]], [error])[0]))
+    found = {name for _, name in pairs}
     print("mean_mm", round(statistics.mean(off), 2))
     print("last_mm", round(statistics.mean(off[-30:]), 2))
     print("nees", round(statistics.mean(squares), 2))
+    print("beyond_percent", round(100 * statistics.mean(s > 7.81 for s in squares), 1))  # 95 % of chi-squared of 3
     print("landmarks", len(places))
     print("found", len(found))
     print("more", len(last) - len(found))
     print("landmark_mm", round(statistics.median(errors), 1))
     print("worst_landmark_mm", round(max(errors), 1))
+    print("place_nees", round(statistics.mean(of_places), 2))
+    if localised:
+        half = len(rows) // 2
+        on_true, squares = of_track(table(f"{localised}/track.csv")[half:], truth)
+        laid = of_track(rows[half:], truth, *motion([place for place, _ in pairs], [places[name] for _, name in pairs]))[0]
+        print("half_mm", round(statistics.mean(off[half:]), 2))
+        print("laid_mm", round(statistics.mean(laid), 2))
+        print("true_mm", round(statistics.mean(on_true), 2))
+        print("ratio", round(statistics.mean(off[half:]) / statistics.mean(on_true), 2))
+        print("laid_ratio", round(statistics.mean(laid) / statistics.mean(on_true), 2))
+        print("true_nees", round(statistics.mean(squares), 2))
+
+
+def mrpt(program, run, map_file):
+    """MRPT knows one standard deviation of ranges and one of bearings: they get the medians of the run."""
+    odometry = [list(map(float, line.split())) for line in open(f"{run}/odometry.tum")]
+    poses = [(complex(x, y), 2 * math.atan2(z, w)) for _, x, y, _, _, _, z, w in odometry]
+    truth = landmarks(map_file)
+    names = list(truth)
+    seen = {}
+    sigmas = []
+    for row in table(f"{run}/ranges.csv"):
+        if row["verdict"] == "ok" and row["bearing_rad"]:
+            seen.setdefault(int(row["frame"]), []).append(f"{names.index(row['landmark'])} {row['range_m']} {row['bearing_rad']}")
+            sigmas.append((float(row["sigma_range_m"]), float(row["sigma_bearing_rad"])))
+    lines, before = [], poses[0]
+    for frame, (place, heading) in enumerate(poses):
+        if frame not in seen:
+            continue
+        step = (place - before[0]) * cmath.exp(-1j * before[1])
+        turn = math.remainder(heading - before[1], 2 * math.pi)
+        before = (place, heading)
+        # A slip of 3 % of the way and of the turn, and what encoders do not resolve.
+        along = 0.03 * abs(step) + 0.0005
+        lines.append(f"{step.real} {step.imag} {turn} {along} {along / 3} {0.03 * abs(turn) + 0.001} " + " ".join(seen[frame]))
+    medians = [str(statistics.median(column)) for column in zip(*sigmas)]
+    found = subprocess.run([program, *medians], input="\n".join(lines) + "\n", text=True, capture_output=True, check=True).stdout
+    here, there = [], []
+    for line in found.splitlines():
+        number, x, y = line.split()
+        here.append(complex(float(x), float(y)))
+        there.append(truth[names[int(number)]])
+    turn, shift = motion(here, there)
+    print("found", len(here), "of", len(truth))
+    print("similarity_mm", round(1000 * rms([turn * p + shift - q for p, q in zip(here, there)]), 2))
+    print("scale_percent", round(100 * (abs(turn) - 1), 2))
 
 
 def cost(command):
@@ -224,7 +295,9 @@ if __name__ == "__main__":
     if sys.argv[1] == "--tape":
         tape(sys.argv[2], int(sys.argv[3]))
     elif sys.argv[1] == "--track":
-        track(sys.argv[2], sys.argv[3])
+        track(*sys.argv[2:])
+    elif sys.argv[1] == "--mrpt":
+        mrpt(*sys.argv[2:])
     elif sys.argv[1] == "--cost":
         cost(sys.argv[2:])
     else:

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Maps that robots make themselves: surveys of the rooms of rendered robots as built, against the truth.
-also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py tests/evidence/move_landmarks.py)
+also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py tests/evidence/move_landmarks.py tests/evidence/mrpt_slam.cpp)
 . "$(dirname "$0")/common.sh"
 
 # The robots and their drives are those of first-day.sh, where it has rendered them for these sources, or those of the folder
@@ -39,6 +39,19 @@ free() {
   esac
   "$twocone" survey "$from/drive" --robot "$folder/believed.yaml" --calibrate "$folder/rig.yaml" --out "$folder/survey.yaml" "${distance[@]}"
 }
+# MRPT's range-bearing SLAM on the same drive. Its ranges and bearings are those of the calibrated rig and of tops measured by tape.
+mrpt_program() {
+  local include part=() library=()
+  [ -d /usr/include/mrpt/slam ] || { echo "needs Debian's libmrpt-slam-dev" >&2 && return 1; }
+  for include in /usr/include/mrpt/*/include; do part+=(-isystem "$include"); done
+  for include in slam obs maps poses math rtti serialization system core; do library+=("-lmrpt-$include"); done
+  g++ -std=c++17 -O2 "${part[@]}" -isystem /usr/include/eigen3 tests/evidence/mrpt_slam.cpp -o "$work/mrpt_slam" "${library[@]}"
+}
+mrpt() {
+  local from=$1 folder=$2
+  "$twocone" localise "$from/drive" --robot "$from/calibrated.yaml" --map "$from/believed.map.yaml" --out "$folder" --force || return 1
+  tests/evidence/survey.py --mrpt "$work/mrpt_slam" "$folder" "$from/built.map.yaml" >"$folder.figures"
+}
 # The corridor with a loop: a run that finds its landmarks on the way, and a survey of it.
 corridor() {
   "$twocone" run --robot robots/corridor_sim.yaml --landmarks none --behaviour waypoints --frames 1400 --out "$work/corridor/run" --force || return 1
@@ -54,6 +67,8 @@ step long long
 for frames in 45 90 180 360 720; do
   step "cost_$frames" tests/evidence/survey.py --cost "$twocone" survey "$work/long" --frames "$frames" --out "$work/long.$frames.yaml" --force
 done
+step mrpt_program mrpt_program
+mkdir -p "$work/mrpt"
 cases=0 right=0 missed=0 wrong=0
 inside=() beyond=()
 for seed in $(seq 1 "$rendered"); do
@@ -65,6 +80,7 @@ for seed in $(seq 1 "$rendered"); do
       step "robot_$name" tests/evidence/robot_as_built.sh "$twocone" "robots/${robot}_sim.yaml" "$seed" "$from"
     fi
     step "survey_$name" surveyed "$from" "$work/surveys/$name"
+    step "mrpt_$name" mrpt "$from" "$work/mrpt/$name"
     for kind in free tape separation wheels; do
       if [[ $kind = separation || $kind = wheels ]] && ((seed % 2)); then continue; fi
       step "${kind}_$name" free "$kind" "$from" "$work/$kind/$name" "$seed"
@@ -102,6 +118,16 @@ for kind in "inside 2" "beyond 3"; do
     "$(holds "$(of "$name" freedom) + 0 > 0 && ($(of "$name" chi_squared) - $(of "$name" freedom)) ^ 2 <= 6.66 * 2 * $(of "$name" freedom)")"
   row "the same: mean error of fixes on the own map, over that on the true map, median of the robots" "$(of "$name" ratio)" "at most 1.2" \
     "$(holds "\"$(of "$name" ratio)\" ~ /[0-9]/ && $(of "$name" ratio) + 0 <= 1.2")"
+done
+for kind in 0 1; do
+  what="inside the model"
+  [ "$kind" = 0 ] || what="with the unmodelled rest"
+  figure=$(for file in "$work"/mrpt/*.figures; do
+    seed=${file##*_}
+    [ ! -s "$file" ] || ((${seed%.figures} % 2 != kind)) || sed -n 's/^similarity_mm //p' "$file"
+  done | sort -g | awk '{ v[NR] = $1 } END { if (NR) printf "median %.2f mm, worst %.2f mm, %d robots", (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2, v[NR], NR }')
+  row "MRPT's range-bearing SLAM on the same drives, with tops by tape and told which landmark is which; robots $what: landmarks after similarity alignment, rms of a robot" \
+    "$figure" "the figure" "$(holds "\"$figure\" != \"\"")"
 done
 for kind in free tape separation wheels; do
   mapfile -t folders < <(ls -d "$work/$kind"/* 2>/dev/null)
