@@ -86,17 +86,16 @@ class FrameObservation {
 /// 3. The covariance is that of the fit, scaled by the observed scatter of the edge samples along the outlines. It is
 ///    widened where the two sides are farther apart, or nearer, than those of the cylinder.
 /// 4. While the body moves, pixels are moved to where the frame's time would have shown them (pixel_at_frame).
+/// 5. triangulate() combines the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
+///    kInconsistent is also the verdict where the map's height and radius are contradicted: both views show the whole
+///    top, but at another height than the map's, however different; or the only view with an outline shows the landmark
+///    wider than it is at that range.
 ///
 /// A banded landmark (Landmark::bands) is read instead by bands/band_finder.h, where all its bands are in the mirror; a
 /// view that cannot read them looks where the other one reads them. What is fitted are the edges of its bands, between
 /// light and dark of its own, and its sides. It has no rivals but a second one of its number, needs no top inside the
 /// mirror, and whatever hue its surroundings have. Bands whose own size contradicts the height of their line are
 /// kInconsistent.
-///
-/// 5. triangulate() combines the views: RangeVerdict kOk, kOneView, kInconsistent, kBeyondLimit, kImpossible as there.
-///    kInconsistent is also the verdict where the map's height and radius are contradicted: both views show the whole
-///    top, but at another height than the map's, however different; or the only view with an outline shows the landmark
-///    wider than it is at that range.
 ///
 /// Further verdicts: kSameColour and kTwoCandidates (two objects of one hue, each large enough to be the landmark
 /// somewhere within Landmark::greatest_range_m (outline/view_fitter.h), or the views disagree on the bearing),

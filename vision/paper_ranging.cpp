@@ -155,7 +155,7 @@ std::vector<RangeMeasurement> PaperRanging::measure(const cv::Mat& lower, const 
 RangeMeasurement PaperRanging::measure_one(std::size_t target, const cv::Mat& lower_labels,
                                            const cv::Mat& upper_labels) const {
   RangeMeasurement m;
-  // The paper's landmarks are told apart by their hues: bands are not seen.
+  // The paper's method identifies landmarks by their hues, so it does not see bands.
   if (targets_[target].bands) return m;
   const auto before = std::span(targets_).first(target);
   const auto hue = std::size_t(std::ranges::count_if(before, [](const Landmark& l) { return !l.bands; }));

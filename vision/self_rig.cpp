@@ -54,6 +54,15 @@ struct CameraFit {
   double sigma_range_scale = 0;
 };
 
+/// Returns the offset of a candidate from the middle of the undistorted image.
+/// @param about_px the place in the camera's image from which the candidate is measured
+std::optional<Eigen::Vector2d> undistorted(const MirrorView& lens, const Eigen::Vector2d& about_px,
+                                           const Eigen::Vector2d& middle_px, const Candidate& candidate) {
+  const Complex out = std::polar(candidate.top_px, candidate.angle_rad);
+  const auto place = lens.undistort_px(about_px + Eigen::Vector2d(out.real(), out.imag()));
+  return place ? std::optional<Eigen::Vector2d>(*place - middle_px) : std::nullopt;
+}
+
 /// Work on one problem.
 class RigSearch {
  public:
@@ -89,36 +98,42 @@ class RigSearch {
 
   [[nodiscard]] Sightings sighted(Side camera, const RimCircle& circle) const {
     Sightings all;
+    const MirrorView& lens = of_view(problem_.rig, camera);
+    const MirrorView banded_view = with_circle(lens, circle);
+    std::optional<BandFinder> finder;  // the images of a camera have one size
     for (const SelfRigFrame& frame : problem_.frames) {
       const cv::Mat& image = of_view(frame, camera);
       all.emplace_back();
       if (image.empty()) continue;
-      const MirrorView& lens = of_view(problem_.rig, camera);
       all.back() = sight_by_colour(image, circle, lens, table_, coloured_.size());
       for (ColourSighting& sighting : all.back()) sighting.landmark = coloured_[sighting.landmark];
-      if (coloured_.size() < problem_.landmarks.size()) add_bands(image, circle, lens, all.back());
+      if (coloured_.size() == problem_.landmarks.size()) continue;
+      if (!finder) finder.emplace(banded_view, image.size());
+      add_bands(image, banded_view, *finder, all.back());
     }
     return all;
   }
 
-  /// Adds the landmarks whose bands an image shows.
-  void add_bands(const cv::Mat& image, const RimCircle& circle, const MirrorView& lens,
-                 std::vector<ColourSighting>& sightings) const {
+  /// Returns the view of a circle, for bands; a view's tilt and places do not matter to their reading.
+  [[nodiscard]] static MirrorView with_circle(const MirrorView& lens, const RimCircle& circle) {
     MirrorViewSettings settings = lens.settings();
     settings.centre_px = lens.undistort_px(circle.centre_px).value_or(circle.centre_px);
     settings.rim_radius_px = circle.radius_px;
-    const MirrorView view(settings);
-    for (const BandCandidate& bands : BandFinder(view, image.size()).find(image)) {
+    return MirrorView(settings);
+  }
+
+  /// Adds the landmarks whose bands an image shows.
+  void add_bands(const cv::Mat& image, const MirrorView& view, const BandFinder& finder,
+                 std::vector<ColourSighting>& sightings) const {
+    const Eigen::Vector2d& middle_px = view.settings().centre_px;
+    for (const BandCandidate& bands : finder.find(image)) {
       const auto is_read = [&](const Landmark& l) { return l.bands && l.bands->number == bands.number; };
       const auto landmark = std::ranges::find_if(problem_.landmarks, is_read);
-      const double angle_rad = bands.candidate.angle_rad;
-      const auto pixel =
-          view.undistort_px(view.settings().centre_px +
-                            bands.candidate.top_px * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad)));
-      if (landmark == problem_.landmarks.end() || !pixel) continue;
-      const Eigen::Vector2d from = *pixel - view.settings().centre_px;
-      sightings.push_back({std::size_t(landmark - problem_.landmarks.begin()), std::atan2(from.y(), from.x()),
-                           from.norm(), bands.candidate.area_px, false});
+      if (landmark == problem_.landmarks.end()) continue;
+      const auto from = undistorted(view, middle_px, middle_px, bands.candidate);
+      if (!from) continue;
+      sightings.push_back({std::size_t(landmark - problem_.landmarks.begin()), std::atan2(from->y(), from->x()),
+                           from->norm(), bands.candidate.area_px, false});
     }
   }
 
@@ -530,11 +545,9 @@ std::vector<ColourSighting> sight_by_colour(const cv::Mat& rgb, const RimCircle&
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& regions = found[k].candidates;
     for (std::size_t i = 0; i < std::min(kRegions, regions.size()); ++i) {
-      const Complex out = std::polar(regions[i].top_px, regions[i].angle_rad);
-      const auto place = lens.undistort_px(circle.centre_px + Eigen::Vector2d(out.real(), out.imag()));
-      if (!place) continue;
-      const Eigen::Vector2d from = *place - middle;
-      sightings.push_back({k, std::atan2(from.y(), from.x()), from.norm(), regions[i].area_px, regions[i].at_rim});
+      const auto from = undistorted(lens, circle.centre_px, middle, regions[i]);
+      if (!from) continue;
+      sightings.push_back({k, std::atan2(from->y(), from->x()), from->norm(), regions[i].area_px, regions[i].at_rim});
     }
   }
   return sightings;

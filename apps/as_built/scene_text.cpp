@@ -159,14 +159,14 @@ class SceneText {
     const double over_line_m = landmark.bands ? double(vision::kCellsOverLine) * landmark.bands->cell_m : 0;
     print("cylinder {{ <0, {}, 0>, <0, {}, 0>, {}   // {}\n", -landmark.top_m * per_m(), over_line_m * per_m(),
           landmark.radius_m * per_m(), landmark.name);
+    print("  texture {{ pigment {{ ");
     if (landmark.bands) {
       bands(*landmark.bands, landmark.top_m);
     } else {
       const auto& [red, green, blue] = landmark.colour;
-      print(
-          "  texture {{ pigment {{ color rgb <{}, {}, {}> }} finish {{ ambient 0.35 diffuse 0.62 reflection 0 }} }}\n",
-          red, green, blue);
+      print("color rgb <{}, {}, {}>", red, green, blue);
     }
+    print(" }} finish {{ ambient 0.35 diffuse 0.62 reflection 0 }} }}\n");
     if (flaws.oval != 0) {
       print("  scale <{}, 1, {}> rotate <0, {}, 0>\n", 1 + flaws.oval / 2, 1 - flaws.oval / 2,
             turned(flaws.direction_rad));
@@ -177,7 +177,7 @@ class SceneText {
     print("  translate <{}, {}, {}>\n}}\n", landmark.x_m * per_m(), landmark.top_m * per_m(), landmark.y_m * per_m());
   }
 
-  /// Writes the texture of bands whose line is at the height 0, on a grey pipe from -line_m on.
+  /// Writes the pigment of bands whose line is at the height 0, on a grey pipe from -line_m on.
   void bands(const Bands& bands, double line_m) {
     const vision::BandCells cells = vision::band_cells(bands.number);
     const double over_line_m = double(vision::kCellsOverLine) * bands.cell_m;
@@ -187,14 +187,13 @@ class SceneText {
     constexpr double kPipe = 0.45;
     // A gradient from the foot (0) to the upper end (1).
     const double foot = 1 - double(vision::kBandCells) * bands.cell_m / length_m;
-    print("  texture {{ pigment {{ gradient y color_map {{ [0 rgb {}] [{} rgb {}]", kPipe, foot, kPipe);
+    print("gradient y color_map {{ [0 rgb {}] [{} rgb {}]", kPipe, foot, kPipe);
     for (std::size_t k = vision::kBandCells; k-- > 0;) {
       const double grey = cells[k] ? kPaper : kInk;
       print(" [{} rgb {}] [{} rgb {}]", 1 - double(k + 1) * bands.cell_m / length_m, grey,
             1 - double(k) * bands.cell_m / length_m, grey);
     }
-    print(" }} scale {} translate {}*y }} finish {{ ambient 0.35 diffuse 0.62 reflection 0 }} }}\n", length_m * per_m(),
-          -line_m * per_m());
+    print(" }} scale {} translate {}*y", length_m * per_m(), -line_m * per_m());
   }
 
   const AsBuilt& drawn_;

@@ -210,7 +210,7 @@ Result<RoughMap> find_rough_map(const std::vector<runlog::RunData>& runs, const 
   RoughMap map;
   if (hues->ignored > 0) {
     map.left_out.push_back(
-        fmt::format("what has one of {} vivid colours: bands tell this room's landmarks apart", hues->ignored));
+        fmt::format("what has one of {} vivid colours: bands identify this room's landmarks", hues->ignored));
   }
   std::map<std::string, int> numbers;
   for (const runlog::RunData& run : runs) {

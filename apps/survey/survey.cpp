@@ -200,10 +200,11 @@ std::string new_name(const Landmark& landmark, const std::vector<Landmark>& meas
   const auto is_taken = [&](const std::string& name) {
     return std::ranges::find(measured, name, &Landmark::name) != measured.end();
   };
+  const std::string looks = vision::looks_of(landmark);
+  if (landmark.bands) return looks;
   for (int number = 1;; ++number) {
-    std::string name = vision::looks_of(landmark);
-    if (!landmark.bands) name += fmt::format(".{}", number);
-    if (!is_taken(name) || landmark.bands) return name;
+    std::string name = fmt::format("{}.{}", looks, number);
+    if (!is_taken(name)) return name;
   }
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Landmarks told apart by bands: wrong numbers in a room full of colours, how far and in which light they are read, their ranges
+# Banded landmarks: wrong numbers in a room full of colours, how far and in which light they are read, their ranges
 # beside those of coloured landmarks of the same size, robots as built among them, and a survey of them.
 also=(tests/evidence/bands.py tests/evidence/survey.py tests/evidence/robot_as_built.sh)
 . "$(dirname "$0")/common.sh"

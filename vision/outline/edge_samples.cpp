@@ -77,8 +77,8 @@ struct Crossing {
   double depth_px;                // depth of the landmark along the normal
   const Outline::Strand* strand;  // of a banded landmark
   bool is_good;
-  bool is_faint;  // beside a band that is as light as the background
-  float cover;    // coverage of the pixels of `inside`: below 1 where the landmark is too thin for whole ones
+  bool is_left_out;  // shows no band alone, or is beside a band that is as light as the background
+  float cover;       // coverage of the pixels of `inside`: below 1 where the landmark is too thin for whole ones
   Colour inside, outside;
 };
 
@@ -177,10 +177,6 @@ class Reader {
       if (seen < kWhole) c.cover = std::max(seen, 0.F);
     }
     int squares = 0;
-    if (c.strand != nullptr && c.strand->outside) {
-      return read_band(c.strand->inside, c, -c.outwards, c.inside) &&
-             read_band(*c.strand->outside, c, c.outwards, c.outside);
-    }
     if (!read(c, c.at - c.inwards * reach_.colours_px, -c.inwards, reach_.samples, nullptr, c.outside, squares)) {
       return false;
     }
@@ -195,11 +191,12 @@ class Reader {
   }
 
   /// Returns whether there is a pixel of one band alone on the inner side of a band's side, or on either side of the
-  /// edge between two bands.
-  [[nodiscard]] bool shows_bands(const Crossing& c) const {
+  /// edge between two bands, whose colours are then read.
+  [[nodiscard]] bool reads_bands(Crossing& c) const {
     const Outline::Strand& strand = *c.strand;
     if (strand.outside) {
-      return !pixels_on(strand.inside, c, -c.outwards).empty() && !pixels_on(*strand.outside, c, c.outwards).empty();
+      c.cover = 1;
+      return read_band(strand.inside, c, -c.outwards, c.inside) && read_band(*strand.outside, c, c.outwards, c.outside);
     }
     return is_on(strand.inside, pixel_at(c, first_beyond(c.at + c.inwards * reach_.colours_px, c.inwards)));
   }
@@ -508,15 +505,17 @@ void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, const Surfa
       cross({strand.vertices[i], strand.vertices[i + 1], strand.part, inside_px, &strand}, across, stride, crossings);
     }
   }
-  std::erase_if(crossings, [&](const Crossing& c) { return c.strand != nullptr && !reader.shows_bands(c); });
+  for (Crossing& c : crossings) c.is_left_out = c.strand != nullptr && !reader.reads_bands(c);
+  std::erase_if(crossings, [](const Crossing& c) { return c.is_left_out; });
   std::vector<double> scatter;
   scatter.reserve(crossings.size());
   std::vector<Sums> sums(crossings.size() + 1);
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     Crossing& c = crossings[i];
-    c.is_good = reader.in_image(c) && reader.read_colours(c, scatter) && reader.is_landmark(c);
-    c.is_faint = c.is_good && c.strand != nullptr && !c.strand->outside && is_faint(c);
-    if (c.is_faint) c.is_good = false;
+    const bool is_read = c.strand != nullptr && c.strand->outside;
+    c.is_good = reader.in_image(c) && (is_read || reader.read_colours(c, scatter)) && reader.is_landmark(c);
+    c.is_left_out = c.is_good && c.strand != nullptr && !c.strand->outside && is_faint(c);
+    if (c.is_left_out) c.is_good = false;
     sums[i + 1] = sums[i];
     if (c.is_good) sums[i + 1].add(c);
   }
@@ -532,7 +531,7 @@ void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, const Surfa
   std::size_t run_end = 0;
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     const Crossing& c = crossings[i];
-    if (c.is_faint) continue;
+    if (c.is_left_out) continue;
     if (i >= run_end) {
       run_begin = run_end = i;
       while (run_end < crossings.size() && crossings[run_end].edge_sample.part == c.edge_sample.part &&

@@ -178,10 +178,11 @@ std::optional<OutlineWidth> width_of(const OutlineFit& fit, double sigma_px) {
 
 std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, double side_scatter) {
   // The arc determines the range, the sides the bearing.
-  const Eigen::Vector2d root(std::sqrt(arc_scatter), std::sqrt(side_scatter));
-  const Eigen::Matrix2d of_place = fit.with_height ? Eigen::Matrix2d(fit.with_height->topLeftCorner<2, 2>())
-                                                   : Eigen::Matrix2d(fit.information.inverse());
-  Eigen::Matrix2d covariance = root.asDiagonal() * of_place * root.asDiagonal();
+  const Eigen::Vector3d root(std::sqrt(arc_scatter), std::sqrt(side_scatter), std::sqrt(arc_scatter));
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of (range m, bearing rad, height m)
+  covariance.topLeftCorner<2, 2>() = fit.information.inverse();
+  if (fit.with_height) covariance = *fit.with_height;
+  covariance = Eigen::Matrix3d(root.asDiagonal() * covariance * root.asDiagonal());
   // If the sides are farther apart, or nearer, than noise explains, something beside one of them is taken for the
   // landmark or hides it, and it is not known on which side.
   const double noise_px2 = side_scatter * fit.sigma_narrowness_px * fit.sigma_narrowness_px;
@@ -196,24 +197,14 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   const double range_px = fit.outline.near().by_range_pxpm.norm();
   const double bands_px = fit.cylinder.bands ? kBandError_px : 0;
   covariance(0, 0) += (curved_px * curved_px + bands_px * bands_px) / (range_px * range_px);
-  if (!covariance.allFinite() || !(covariance.determinant() > 0)) return std::nullopt;
+  if (!covariance.allFinite() || !(covariance.topLeftCorner<2, 2>().determinant() > 0)) return std::nullopt;
   const Outline::Vertex& near = fit.outline.near();
-  Eigen::Matrix2d by_place;
-  by_place << near.by_range_pxpm, near.by_bearing_pxprad;
+  Eigen::Matrix<double, 2, 3> by_place;
+  by_place << near.by_range_pxpm, near.by_bearing_pxprad, near.by_height_pxpm;
   Sighting sighting;
-  sighting.pixel_px = near.pixel_px + by_place * fit.step + near.by_height_pxpm * fit.height_step_m;
-  if (fit.with_height) {
-    // Range and height are known less well than the pixel that shows their line.
-    Eigen::Matrix3d all = *fit.with_height;
-    const Eigen::Vector3d roots(root.x(), root.y(), root.x());
-    all = Eigen::Matrix3d(roots.asDiagonal() * all * roots.asDiagonal());
-    all.topLeftCorner<2, 2>() += covariance - root.asDiagonal() * of_place * root.asDiagonal();
-    Eigen::Matrix<double, 2, 3> by_all;
-    by_all << by_place, near.by_height_pxpm;
-    sighting.covariance_px2 = by_all * all * by_all.transpose();
-  } else {
-    sighting.covariance_px2 = by_place * covariance * by_place.transpose();
-  }
+  sighting.pixel_px = near.pixel_px + by_place * Eigen::Vector3d(fit.step.x(), fit.step.y(), fit.height_step_m);
+  // Where range and height are in doubt together, the pixel that shows their line is known better than either.
+  sighting.covariance_px2 = by_place * covariance * by_place.transpose();
   const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
   sighting.edge_noise_px = std::sqrt(fit.length_px / information);
   sighting.exposed_row = fit.exposed_row;
@@ -288,7 +279,7 @@ class ToleranceChoice {
 };
 
 /// @param step (range m, bearing rad)
-Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step, double height_step_m = 0) {
+Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step, double height_step_m) {
   Cylinder there = cylinder;
   there.top_m += height_step_m;
   there.range_m += step.x();
@@ -296,16 +287,15 @@ Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step, double hei
   return there;
 }
 
-double step_px(const Outline& outline, const Eigen::Vector2d& step) {
-  return std::hypot(outline.near().by_range_pxpm.norm() * step.x(), outline.near().by_bearing_pxprad.norm() * step.y());
-}
-
-/// Returns how far a fit's step moves the near point. Steps of range and height may undo each other.
-double whole_step_px(const OutlineFit& fit) {
-  if (fit.cylinder.height_doubt_m == 0) return step_px(fit.outline, fit.step);
+/// Returns how far the near point moves by a fit's step. Where the height is in doubt, steps of range and height may
+/// undo each other.
+/// @param step (range m, bearing rad)
+double step_px(const OutlineFit& fit, const Eigen::Vector2d& step) {
   const Outline::Vertex& near = fit.outline.near();
-  return (near.by_range_pxpm * fit.step.x() + near.by_bearing_pxprad * fit.step.y() +
-          near.by_height_pxpm * fit.height_step_m)
+  if (fit.cylinder.height_doubt_m == 0) {
+    return std::hypot(near.by_range_pxpm.norm() * step.x(), near.by_bearing_pxprad.norm() * step.y());
+  }
+  return (near.by_range_pxpm * step.x() + near.by_bearing_pxprad * step.y() + near.by_height_pxpm * fit.height_step_m)
       .norm();
 }
 
@@ -397,9 +387,9 @@ void ViewFitter::fit_bands(const OutlineTask& task, const Cylinder& start) const
   Cylinder from = start;
   for (int round = 0; round < kFineRounds; ++round) {
     fit(task, from, reach_of(1), PixelNoise{}, {1, kMostBlur_px, kCoarse_px}, 1);
-    if (!look.fit || whole_step_px(*look.fit) > kBandsReach_px) break;
+    if (!look.fit || step_px(*look.fit, look.fit->step) > kBandsReach_px) break;
     look.pool = look.fit->edges;
-    if (whole_step_px(*look.fit) <= kFineStep_px) return;
+    if (step_px(*look.fit, look.fit->step) <= kFineStep_px) return;
     from = moved(from, look.fit->step, look.fit->height_step_m);
   }
   look.fit.reset();
@@ -425,7 +415,8 @@ bool ViewFitter::fit_near(const OutlineTask& task, const Cylinder& start) const 
   OutlineSearch tried = task.look;
   fit({task.surface, task.image, tried, task.edge_samples}, start, reach_of(kNearBlur_px), PixelNoise{},
       {1, kMostBlur_px, kCoarse_px}, kCoarseStride);
-  if (!tried.fit || tried.fit->edges.blur > kNearBlur_px || whole_step_px(*tried.fit) > kExpectedReach_px) return false;
+  if (!tried.fit || tried.fit->edges.blur > kNearBlur_px || step_px(*tried.fit, tried.fit->step) > kExpectedReach_px)
+    return false;
   tried.pool = tried.fit->edges;
   task.look = std::move(tried);
   return true;
@@ -478,9 +469,7 @@ void ViewFitter::fit_fine(const OutlineTask& task, const Common& common) const {
   Cylinder start = task.look.fit->cylinder;
   for (int round = 0; round < kFineRounds; ++round) {
     const auto step = fit_whole(task, start, common, kConverged_px);
-    if (!step) return;
-    const bool has_height = start.height_doubt_m > 0;
-    if ((has_height ? whole_step_px(*task.look.fit) : step_px(task.look.fit->outline, *step)) <= kFineStep_px) return;
+    if (!step || step_px(*task.look.fit, *step) <= kFineStep_px) return;
     start = moved(start, *step, task.look.fit->height_step_m);
   }
 }
@@ -492,7 +481,7 @@ bool ViewFitter::fit_expected(const OutlineTask& task, const Cylinder& expected,
     const auto step =
         fit_whole({task.surface, task.image, tried, task.edge_samples}, start, common, kExpectedConverged_px);
     if (!step) return false;
-    const double length_px = start.height_doubt_m > 0 ? whole_step_px(*tried.fit) : step_px(tried.fit->outline, *step);
+    const double length_px = step_px(*tried.fit, *step);
     if (length_px <= kExpectedReach_px) {
       task.look = std::move(tried);
       return true;
