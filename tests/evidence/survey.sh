@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Maps that robots make themselves: surveys of the rooms of rendered robots as built, against the truth.
-also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py tests/evidence/move_landmarks.py tests/evidence/mrpt_slam.cpp)
+also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py tests/evidence/move_landmarks.py tests/evidence/mrpt_slam.cpp tests/evidence/long_corridor.py)
 . "$(dirname "$0")/common.sh"
 
 # The robots and their drives are those of first-day.sh, where it has rendered them for these sources, or those of the folder
@@ -67,6 +67,16 @@ step long long
 for frames in 45 90 180 360 720; do
   step "cost_$frames" tests/evidence/survey.py --cost "$twocone" survey "$work/long" --frames "$frames" --out "$work/long.$frames.yaml" --force
 done
+# The cost by the number of landmarks: once round corridors of 15 to 150 m.
+many() {
+  local count=$1 folder=$work/many/$1 frames
+  frames=$(tests/evidence/long_corridor.py "$count" "$folder") || return 1
+  "$twocone" run --robot "$folder/corridor.yaml" --landmarks none --behaviour waypoints --frames "$frames" --out "$folder/run" --force || return 1
+  cp "$folder/corridor.map.yaml" "$folder/built.map.yaml"
+  tests/evidence/survey.py --track "$folder/run" "$folder/corridor.map.yaml" >"$folder/track" || return 1
+  tests/evidence/survey.py --cost "$twocone" survey "$folder/run" --frames 360 --out "$folder/survey.yaml" --force >"$folder/cost"
+}
+for count in 6 12 24 60; do step "many_$count" many "$count"; done
 step mrpt_program mrpt_program
 mkdir -p "$work/mrpt"
 cases=0 right=0 missed=0 wrong=0
@@ -173,6 +183,17 @@ row "a survey of a drive of 9,000 frames, with the frames that are used unless t
   "at most 300 s and 1024 MiB" "$(holds "\"$(of_file "$work/cost_180.log" seconds)\" ~ /[0-9]/ && $(of_file "$work/cost_180.log" seconds) + 0 <= 300 && $(of_file "$work/cost_180.log" mib) + 0 <= 1024")"
 growth() { awk -v a="$(of_file "$work/cost_90.log" "$1")" -v b="$(of_file "$work/cost_720.log" "$1")" 'BEGIN { if (a > 0 && b > 0) printf "%.2f", log(b / a) / log(8) }'; }
 row "the same: exponents of time and memory by the number of used frames, 90 to 720" "$(growth seconds), $(growth mib)" "the figure" "$(holds "\"$(growth seconds)\" ~ /[0-9]/")"
+for count in 6 12 24 60; do
+  folder=$work/many/$count
+  figures "many_$count" "$folder"
+  row "a corridor of $((count * 5 / 2)) m round a block, $count landmarks of 6 colours, 360 frames used: landmarks found; rms after similarity alignment; time and greatest memory of the survey" \
+    "$(of "many_$count" found) of $count, $(of "many_$count" ghosts) that are none; $(of "many_$count" similarity_mm) mm; $(of_file "$folder/cost" seconds) s, $(of_file "$folder/cost" mib) MiB" \
+    "all, and none that is none" "$(holds "\"$(of "many_$count" found)\" == \"$count\" && \"$(of "many_$count" ghosts)\" == \"0\"")"
+  row "the same while driving: landmarks; error of the track, mean" "$(of_file "$folder/track" found) of $count, $(of_file "$folder/track" more) more; $(of_file "$folder/track" mean_mm) mm" \
+    "each once" "$(holds "\"$(of_file "$folder/track" found)\" == \"$count\" && \"$(of_file "$folder/track" more)\" == \"0\"")"
+done
+by_landmarks() { awk -v a="$(of_file "$work/many/6/cost" "$1")" -v b="$(of_file "$work/many/60/cost" "$1")" 'BEGIN { if (a > 0 && b > 0) printf "%.2f", log(b / a) / log(10) }'; }
+row "the same: exponents of time and memory by the number of landmarks, 6 to 60" "$(by_landmarks seconds), $(by_landmarks mib)" "the figure" "$(holds "\"$(by_landmarks seconds)\" ~ /[0-9]/")"
 row "maps measured by tape (5 mm), one or two of six landmarks moved by 50 mm since, $cases cases" \
   "all right in $right; $missed moved ones not named, $wrong named that were not moved" "all named, and none that was not moved" \
   "$(holds "$cases >= 50 && $right == $cases")"
