@@ -16,7 +16,7 @@ import sys
 COLOURS = {"red": (0.80, 0.03, 0.03), "green": (0.03, 0.80, 0.03), "magenta": (0.80, 0.03, 0.80),
            "blue": (0.03, 0.03, 0.80), "yellow": (0.80, 0.80, 0.03), "cyan": (0.03, 0.80, 0.80)}
 HALF = 1.1  # of the corridor's width
-SPEED = 0.3  # m/s, with the turns
+SPEED = 0.28  # m/s, with the turns
 
 
 def on_loop(side, way, margin):
@@ -66,12 +66,13 @@ def main():
         text += f"  - {{name: {name}, colour: [{', '.join(map(str, colour))}], x_m: {p.real:.4f}, y_m: {p.imag:.4f}, radius_m: 0.06, top_m: 1.00}}\n"
     a, b, c, d = block
     write("corridor.map.yaml", text + f"obstacles:\n  - {{polygon_m: [[{a}, {b}], [{c}, {b}], [{c}, {d}], [{a}, {d}]]}}\neffects: {{}}\n")
-    cut, half = 0.4, side / 2
-    points = [[half - cut, 0], [half, cut], [half, side - cut], [half - cut, side], [cut - half, side], [-half, side - cut], [-half, cut],
-              [cut - half, 0]]
+    points = []
+    for way in range(1, math.ceil(4 * side)):  # a point each metre keeps the robot on the middle line
+        point, _ = on_loop(side, way, margin=0.4)
+        points.append([round(point.real, 3), round(point.imag, 3)])
     robot = open("robots/corridor_sim.yaml").read().replace("../scenes/corridor.map.yaml", "corridor.map.yaml")
     write("corridor.yaml", re.sub(r"waypoints_m: .*", f"waypoints_m: {points}", robot))
-    print(math.ceil(4 * side / SPEED * 15) + 150)
+    print(math.ceil(4 * side / SPEED * 15) + 300)
 
 
 if __name__ == "__main__":
