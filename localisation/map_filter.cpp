@@ -120,15 +120,18 @@ std::optional<MapFilter::Linear> MapFilter::linear(const vision::RoughLandmark& 
   return l.difference.allFinite() && l.by_pose.allFinite() ? std::optional(std::move(l)) : std::nullopt;
 }
 
+Eigen::MatrixXd MapFilter::remaining_by_shared(const Linear& l, std::size_t landmark) const {
+  return l.by_shared - l.by_pose * by_shared_.topRows<3>() - l.by_landmark * by_shared_.middleRows<4>(at(landmark));
+}
+
 MapFilter::UpTo4By4 MapFilter::spread(const Linear& l, std::size_t landmark) const {
   const Eigen::Index i = at(landmark);
   UpTo4Rows<7> slopes(l.difference.rows(), 7);
   slopes << l.by_pose, l.by_landmark;
   Eigen::Matrix<double, 7, 7> own;
   own << own_.topLeftCorner<3, 3>(), own_.block<3, 4>(0, i), own_.block<4, 3>(i, 0), own_.block<4, 4>(i, i);
-  const Eigen::MatrixXd by_shared =
-      l.by_shared - l.by_pose * by_shared_.topRows<3>() - l.by_landmark * by_shared_.middleRows<4>(i);
-  return slopes * own * slopes.transpose() + by_shared * by_shared.transpose() + l.noise;
+  const Eigen::MatrixXd shared = remaining_by_shared(l, landmark);
+  return slopes * own * slopes.transpose() + shared * shared.transpose() + l.noise;
 }
 
 double MapFilter::likeness(const vision::RoughLandmark& thing, std::size_t landmark) const {
@@ -147,9 +150,8 @@ bool MapFilter::update(const vision::RoughLandmark& thing, std::size_t landmark)
   if (llt.info() != Eigen::Success) return false;
   const Eigen::MatrixXd own_slopes =
       own_.leftCols<3>() * l->by_pose.transpose() + own_.middleCols<4>(i) * l->by_landmark.transpose();  // P H^T
-  const Eigen::MatrixXd by_shared =
-      l->by_shared - l->by_pose * by_shared_.topRows<3>() - l->by_landmark * by_shared_.middleRows<4>(i);
-  const Eigen::MatrixXd gain = llt.solve((own_slopes - by_shared_ * by_shared.transpose()).transpose()).transpose();
+  const Eigen::MatrixXd shared = remaining_by_shared(*l, landmark);
+  const Eigen::MatrixXd gain = llt.solve((own_slopes - by_shared_ * shared.transpose()).transpose()).transpose();
   // The own part of Joseph's form, expanded, so that only products of four columns remain.
   const UpTo4By4 own_spread =
       l->by_pose * own_slopes.topRows<3>() + l->by_landmark * own_slopes.middleRows<4>(i) + l->noise;
@@ -158,7 +160,7 @@ bool MapFilter::update(const vision::RoughLandmark& thing, std::size_t landmark)
   const Eigen::VectorXd state = state_ + gain * l->difference;
   if (!state.allFinite() || !own.allFinite() || !(own.diagonal().minCoeff() >= 0)) return false;
   own_ = (own + own.transpose()) / 2;
-  by_shared_ += gain * by_shared;
+  by_shared_ += gain * shared;
   state_ = state;
   state_[kHeading] = wrap_angle_rad(state_[kHeading]);
   known_[landmark].sightings += 1;

@@ -89,6 +89,8 @@ class MapFilter {
   }
   /// @param numbers of a landmark @returns nothing where a view that shows the thing cannot show it there
   [[nodiscard]] std::optional<Linear> linear(const vision::RoughLandmark& thing, const Eigen::Vector4d& numbers) const;
+  /// Returns how the shared errors change what is measured minus what is expected of a landmark, by the estimates too.
+  [[nodiscard]] Eigen::MatrixXd remaining_by_shared(const Linear& l, std::size_t landmark) const;
   [[nodiscard]] UpTo4By4 spread(const Linear& l, std::size_t landmark) const;
   /// Returns the probability that a thing which is that landmark differs as much from what is expected, or more; 0
   /// where a view cannot show it there.

@@ -122,13 +122,13 @@ constexpr std::size_t kBandedHue = 1000;
 struct RoughLandmark {
   std::size_t hue = 0;  ///< index into the colours of LandmarkSearch, or kBandedHue + the number of its bands
   std::array<Sighting, 2> views{};  ///< of the near point of its top, at the frame's time: lower, upper
-  std::array<bool, 2> is_shown{true,
-                               true};  ///< by that view; a sighting of a view that does not show it has no meaning
-  double range_m = 0;                  ///< to its axis, from the disparity
-  double bearing_rad = 0;              ///< body frame
-  double top_m = 0;                    ///< over the floor
-  double radius_m = 0;                 ///< from its area in the lower view; too small where a part of it is hidden
-  double radius_sigma_m = 0;           ///< of `radius_m` if it was measured otherwise; 0: it is only a start
+  /// Whether that view shows it. The sighting of a view that does not has no meaning.
+  std::array<bool, 2> is_shown{true, true};
+  double range_m = 0;         ///< to its axis, from the disparity
+  double bearing_rad = 0;     ///< body frame
+  double top_m = 0;           ///< over the floor
+  double radius_m = 0;        ///< from its area in the lower view; too small where a part of it is hidden
+  double radius_sigma_m = 0;  ///< of `radius_m` if it was measured otherwise; 0: it is only a start
 };
 
 /// Returns the answer, of a method or of a part of one, with that verdict in it.

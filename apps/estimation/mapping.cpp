@@ -31,11 +31,12 @@ constexpr double kSameDirection_rad = 0.03;
 constexpr double kSharedError_px = 0.15;
 // A landmark that so many frames have shown is not measured roughly any more.
 constexpr std::size_t kWellKnown = 40;
-// A width has an error besides its noise, from what is beside the landmark and from blur, which widens a landmark the
-// more the narrower it is. Frames of a drive share it: as many count as one, and a radius that is known better than
-// this error allows learns nothing from widths.
+// A width has two errors besides its noise. The brightness beside the landmark causes the first. Blur causes the
+// second: kBlur_px2 over the width, since blur widens narrow landmarks most.
 constexpr double kWidthError_px = 0.4;
 constexpr double kBlur_px2 = 2;
+// The frames of a drive share these errors. So this number of frames counts as one, and no width improves a radius that
+// is known better than the errors allow.
 constexpr double kWidthFrames = 30;
 // A landmark is near within this share of the greatest range at which it was seen. One that was seen in n frames is
 // removed when it was near, inside a view, and not seen in this number of frames and in kPatience n: it may stand
@@ -132,22 +133,24 @@ bool Mapping::is_settled(const localisation::FoundLandmark& landmark) {
   return landmark.sightings >= (landmark.hue >= vision::kBandedHue ? kSettledBands : kSettled);
 }
 
-std::vector<MappedLandmark> Mapping::landmarks() const {
-  std::vector<MappedLandmark> landmarks;
-  for (std::size_t i = 0; i < filter_.size(); ++i) {
-    MappedLandmark found = landmark(i);
-    if (is_settled(filter_.landmark(i))) landmarks.push_back(std::move(found));
-  }
-  return landmarks;
-}
-
-void Mapping::renew_ranging() {
+std::vector<std::size_t> Mapping::settled() const {
   std::vector<std::size_t> settled;
   for (std::size_t i = 0; i < filter_.size(); ++i) {
     if (is_settled(filter_.landmark(i))) settled.push_back(i);
   }
-  if (settled == ranged_ && ranging_ && filter_.frames() < ranging_since_ + kRenewedEvery) return;
-  ranged_ = std::move(settled);
+  return settled;
+}
+
+std::vector<MappedLandmark> Mapping::landmarks() const {
+  std::vector<MappedLandmark> landmarks;
+  for (const std::size_t i : settled()) landmarks.push_back(landmark(i));
+  return landmarks;
+}
+
+void Mapping::renew_ranging() {
+  std::vector<std::size_t> now = settled();
+  if (now == ranged_ && ranging_ && filter_.frames() < ranging_since_ + kRenewedEvery) return;
+  ranged_ = std::move(now);
   ranging_since_ = filter_.frames();
   ranging_.reset();
   if (ranged_.empty()) return;
@@ -221,15 +224,11 @@ bool Mapping::is_known(const vision::RoughLandmark& thing, const std::vector<vis
 
 void Mapping::go_by_bands() {
   if (has_bands_) return;
-  std::size_t banded = 0;
-  for (std::size_t i = 0; i < filter_.size(); ++i) {
-    const localisation::FoundLandmark known = filter_.landmark(i);
-    banded += known.hue >= vision::kBandedHue && is_settled(known) ? 1 : 0;
-  }
-  if (banded < vision::kBandsAlone) return;
+  const auto is_banded = [&](std::size_t i) { return filter_.landmark(i).hue >= vision::kBandedHue; };
+  if (std::size_t(std::ranges::count_if(settled(), is_banded)) < vision::kBandsAlone) return;
   has_bands_ = true;
   for (std::size_t i = filter_.size(); i-- > 0;) {
-    if (filter_.landmark(i).hue >= vision::kBandedHue) continue;
+    if (is_banded(i)) continue;
     filter_.remove(i);
     follows_.erase(follows_.begin() + std::ptrdiff_t(i));
   }

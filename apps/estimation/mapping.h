@@ -47,8 +47,7 @@ struct MappedFrame {
 /// 2. Things of these hues in both views, roughly; a new one becomes a landmark of the filter
 ///    (localisation/map_filter.h).
 /// 3. Landmarks that kSettled frames have shown, kSettledBands for bands, are measured by their outlines
-/// (vision/outline_ranging.h), where the
-///    filter expects them, in one view or both.
+///    (vision/outline_ranging.h), where the filter expects them, in one view or both.
 /// 4. A landmark that was near for long, inside a view, and not seen, compared with how often it was seen, is removed:
 ///    it was something that passed by. One that is far away stays, also for a whole way round.
 ///
@@ -78,6 +77,8 @@ class Mapping {
   void find_hues(const cv::Mat& lower, const cv::Mat& upper);
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
   [[nodiscard]] static bool is_settled(const localisation::FoundLandmark& landmark);
+  /// Returns the filter's indices of the landmarks that enough frames have shown.
+  [[nodiscard]] std::vector<std::size_t> settled() const;
   void renew_ranging();
   [[nodiscard]] std::vector<vision::RoughLandmark> measured(const cv::Mat& lower, const cv::Mat& upper,
                                                             const std::optional<vision::FrameMotion>& motion) const;

@@ -3,9 +3,8 @@
 # Maps made while driving (run --landmarks none): the pose beside that on the true map, and 20 minutes with a person who walks about.
 also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py)
 . "$(dirname "$0")/common.sh"
+. "$(dirname "$0")/rendered_robots.sh"
 
-# The robots are those of first-day.sh, where it has rendered them for these sources, or those of the folder TWOCONE_RENDERED_ROBOTS.
-rendered=${TWOCONE_FIRST_DAY_ROBOTS:-10}
 mkdir -p "$work/person" "$work/own"
 # The lab with a person in orange and blue, who crosses it again and again.
 lab_with_person() {
@@ -32,18 +31,8 @@ own() {
   "$twocone" localise "$folder/own" --robot "$from/calibrated.yaml" --map "$from/built.map.yaml" --out "$folder/true" --force || return 1
   tests/evidence/survey.py --track "$folder/own" "$from/built.map.yaml" "$folder/true" >"$folder.figures"
 }
-for seed in $(seq 1 "$rendered"); do
-  for robot in lab hall workshop; do
-    name=${robot}_$seed
-    from=${TWOCONE_RENDERED_ROBOTS:-$(dirname "$work")/first-day/robots}/$name
-    if [ ! -f "$from/calibrated.yaml" ]; then
-      from=$work/robots/$name
-      step "robot_$name" tests/evidence/robot_as_built.sh "$twocone" "robots/${robot}_sim.yaml" "$seed" "$from"
-    fi
-    step "own_$name" own "$from" "$work/own/$name"
-  done
-done
-of_file() { sed -n "s/^$2 //p" "$1" 2>/dev/null; }
+measure_robot() { step "own_$1_$2" own "$3" "$work/own/$1_$2"; } # ROOM SEED FOLDER
+each_rendered_robot measure_robot
 person=$work/person/figures
 row "20 minutes in the lab with a person who walks about: landmarks" \
   "$(of_file "$person" found) of $(of_file "$person" landmarks), $(of_file "$person" more) more; errors median $(of_file "$person" landmark_mm) mm, worst $(of_file "$person" worst_landmark_mm) mm" \
@@ -53,28 +42,20 @@ row "the same: error of the track, mean" "$(of_file "$person" mean_mm) mm" "the 
 row "the same: normalised error squared of the pose, mean of the frames; share of frames beyond 7.81, of which 5 % are expected" \
   "$(of_file "$person" nees), $(of_file "$person" beyond_percent) %" "3, at most 5 %" \
   "$(holds "\"$(of_file "$person" beyond_percent)\" ~ /[0-9]/ && $(of_file "$person" beyond_percent) + 0 <= 5")"
-for kind in 0 1; do
-  what="inside the model"
-  [ "$kind" = 0 ] || what="with the unmodelled rest"
-  values() { # KEY: of all robots of this kind, sorted
-    for file in "$work"/own/*.figures; do
-      seed=${file##*_}
-      [ ! -s "$file" ] || ((${seed%.figures} % 2 != kind)) || of_file "$file" "$1"
-    done | sort -g
-  }
-  median() { awk '{ v[NR] = $1 } END { if (NR) printf "%.2f", (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }'; }
-  sum() { awk '{ s += $1 } END { print s + 0 }'; }
-  robots=$(values mean_mm | wc -l)
-  row "robots as built, $what, $robots of them, 30 s: landmarks" "$(values found | sum) of $(values landmarks | sum), $(values more | sum) more" \
-    "each once, and no other" "$(holds "$robots > 0 && $(values found | sum) == $(values landmarks | sum) && $(values more | sum) == 0")"
+sum() { awk '{ s += $1 } END { print s + 0 }'; }
+for odd in 0 1; do
+  own_values() { values own "$odd" "$1"; }
+  robots=$(own_values mean_mm | wc -l)
+  row "robots as built, $(model_of "$odd"), $robots of them, 30 s: landmarks" "$(own_values found | sum) of $(own_values landmarks | sum), $(own_values more | sum) more" \
+    "each once, and no other" "$(holds "$robots > 0 && $(own_values found | sum) == $(own_values landmarks | sum) && $(own_values more | sum) == 0")"
   row "the same: error of the track in the second half, laid over the truth by the similarity of the landmarks, over that on the true map with the same images, median and worst robot" \
-    "$(values laid_ratio | median), $(values laid_ratio | tail -n 1)" "at most 2" \
-    "$(holds "\"$(values laid_ratio | median)\" ~ /[0-9]/ && $(values laid_ratio | tail -n 1) + 0 <= 2")"
+    "$(own_values laid_ratio | median), $(own_values laid_ratio | tail -n 1)" "at most 2" \
+    "$(holds "\"$(own_values laid_ratio | median)\" ~ /[0-9]/ && $(own_values laid_ratio | tail -n 1) + 0 <= 2")"
   row "the same: that error, median robot: own map, laid over the truth; own map, in the world of the start pose; true map" \
-    "$(values laid_mm | median) mm; $(values half_mm | median) mm; $(values true_mm | median) mm" "the figure" "$(holds "$robots > 0")"
+    "$(own_values laid_mm | median) mm; $(own_values half_mm | median) mm; $(own_values true_mm | median) mm" "the figure" "$(holds "$robots > 0")"
   row "the same: share of frames with a normalised error squared of the pose beyond 7.81, of which 5 % are expected, median robot" \
-    "$(values beyond_percent | median) %" "at most 5 %" "$(holds "\"$(values beyond_percent | median)\" ~ /[0-9]/ && $(values beyond_percent | median) + 0 <= 5")"
-  row "the same: normalised error squared of the landmarks' places, median robot" "$(values place_nees | median)" "2" \
-    "$(holds "\"$(values place_nees | median)\" ~ /[0-9]/ && $(values place_nees | median) + 0 <= 3")"
+    "$(own_values beyond_percent | median) %" "at most 5 %" "$(holds "\"$(own_values beyond_percent | median)\" ~ /[0-9]/ && $(own_values beyond_percent | median) + 0 <= 5")"
+  row "the same: normalised error squared of the landmarks' places, median robot" "$(own_values place_nees | median)" "2" \
+    "$(holds "\"$(own_values place_nees | median)\" ~ /[0-9]/ && $(own_values place_nees | median) + 0 <= 3")"
 done
 page "maps made while driving"

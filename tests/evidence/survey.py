@@ -28,7 +28,7 @@ import subprocess
 import sys
 import time
 
-from first_day import frames, landmarks
+from first_day import frames, landmarks, squared_sigmas
 
 
 def motion(here, there, is_rigid=False):
@@ -41,6 +41,15 @@ def motion(here, there, is_rigid=False):
 
 def rms(values):
     return math.sqrt(sum(abs(v) ** 2 for v in values) / len(values))
+
+
+def rms_mm(here, there, turn, shift):
+    """Returns the distances that remain after that motion."""
+    return 1000 * rms([turn * p + shift - q for p, q in zip(here, there)])
+
+
+def nearest(truth, place):
+    return min(truth, key=lambda name: abs(truth[name] - place))
 
 
 def solve(matrix, columns):
@@ -92,9 +101,9 @@ def pairs_of(folder):
     pairs = []
     for landmark in survey["landmarks"]:
         place = complex(landmark["x_m"], landmark["y_m"])
-        nearest = min(truth, key=lambda name: abs(truth[name] - place))
-        if abs(truth[nearest] - place) < 0.5 and nearest not in [name for _, name in pairs]:
-            pairs.append((landmark, nearest))
+        name = nearest(truth, place)
+        if abs(truth[name] - place) < 0.5 and name not in [other for _, other in pairs]:
+            pairs.append((landmark, name))
     return survey, truth, pairs
 
 
@@ -148,14 +157,12 @@ def track(run, map_file, localised=None):
     pairs, errors, of_places = [], [], []
     for row in last:
         place = complex(float(row["x_m"]), float(row["y_m"]))
-        nearest = min(places, key=lambda name: abs(places[name] - place))
-        error = place - places[nearest]
+        name = nearest(places, place)
+        error = place - places[name]
         errors.append(1000 * abs(error))
         if abs(error) < 0.3:
-            pairs.append((place, nearest))
-            xx, xy, yy = (float(row[key]) for key in ("var_x_m2", "cov_xy_m2", "var_y_m2"))
-            error = [error.real, error.imag]
-            of_places.append(dot(error, solve([[xx, xy], [xy, yy]], [error])[0]))
+            pairs.append((place, name))
+            of_places.append(squared_sigmas(error, row))
     found = {name for _, name in pairs}
     print("mean_mm", round(statistics.mean(off), 2))
     print("last_mm", round(statistics.mean(off[-30:]), 2))
@@ -169,14 +176,12 @@ def track(run, map_file, localised=None):
     print("place_nees", round(statistics.mean(of_places), 2))
     if localised:
         half = len(rows) // 2
-        on_true, squares = of_track(table(f"{localised}/track.csv")[half:], truth)
-        laid = of_track(rows[half:], truth, *motion([place for place, _ in pairs], [places[name] for _, name in pairs]))[0]
+        on_true, _ = of_track(table(f"{localised}/track.csv")[half:], truth)
+        laid, _ = of_track(rows[half:], truth, *motion([place for place, _ in pairs], [places[name] for _, name in pairs]))
         print("half_mm", round(statistics.mean(off[half:]), 2))
         print("laid_mm", round(statistics.mean(laid), 2))
         print("true_mm", round(statistics.mean(on_true), 2))
-        print("ratio", round(statistics.mean(off[half:]) / statistics.mean(on_true), 2))
         print("laid_ratio", round(statistics.mean(laid) / statistics.mean(on_true), 2))
-        print("true_nees", round(statistics.mean(squares), 2))
 
 
 def mrpt(program, run, map_file):
@@ -210,7 +215,7 @@ def mrpt(program, run, map_file):
         there.append(truth[names[int(number)]])
     turn, shift = motion(here, there)
     print("found", len(here), "of", len(truth))
-    print("similarity_mm", round(1000 * rms([turn * p + shift - q for p, q in zip(here, there)]), 2))
+    print("similarity_mm", round(rms_mm(here, there, turn, shift), 2))
     print("scale_percent", round(100 * (abs(turn) - 1), 2))
 
 
@@ -237,8 +242,7 @@ def figures_of(folder):
     rigid_turn, rigid_shift = motion(here, there, is_rigid=True)
     answer = {
         "landmarks": len(truth), "found": len(pairs), "ghosts": len(found) - len(pairs),
-        "similarity_mm": 1000 * rms([turn * p + shift - q for p, q in zip(here, there)]),
-        "rigid_mm": 1000 * rms([rigid_turn * p + rigid_shift - q for p, q in zip(here, there)]),
+        "similarity_mm": rms_mm(here, there, turn, shift), "rigid_mm": rms_mm(here, there, rigid_turn, rigid_shift),
         "chi_squared": chi_squared_of_shape(errors, covariance, here), "freedom": 2 * len(pairs) - 4,
         "scale_percent": 100 * (abs(turn) - 1), "scale_sigma_percent": 100 * sigma_of_scale(covariance, here),
         "tops_mm": 1000 * rms([l["top_m"] - heights[name] for l, name in pairs]), "own_mm": math.nan, "true_mm": math.nan}

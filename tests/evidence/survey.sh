@@ -3,10 +3,8 @@
 # Maps that robots make themselves: surveys of the rooms of rendered robots as built, against the truth.
 also=(tests/evidence/robot_as_built.sh tests/evidence/survey.py tests/evidence/move_landmarks.py tests/evidence/mrpt_slam.cpp tests/evidence/long_corridor.py)
 . "$(dirname "$0")/common.sh"
+. "$(dirname "$0")/rendered_robots.sh"
 
-# The robots and their drives are those of first-day.sh, where it has rendered them for these sources, or those of the folder
-# TWOCONE_RENDERED_ROBOTS.
-rendered=${TWOCONE_FIRST_DAY_ROBOTS:-10}
 # surveyed FROM FOLDER: surveys the first drive with the calibrated rig, and localises a later drive on that map and on the true one.
 surveyed() {
   local from=$1 folder=$2 kind
@@ -81,42 +79,35 @@ step mrpt_program mrpt_program
 mkdir -p "$work/mrpt"
 cases=0 right=0 missed=0 wrong=0
 inside=() beyond=()
-for seed in $(seq 1 "$rendered"); do
-  for robot in lab hall workshop; do
-    name=${robot}_$seed
-    from=${TWOCONE_RENDERED_ROBOTS:-$(dirname "$work")/first-day/robots}/$name
-    if [ ! -f "$from/calibrated.yaml" ]; then
-      from=$work/robots/$name
-      step "robot_$name" tests/evidence/robot_as_built.sh "$twocone" "robots/${robot}_sim.yaml" "$seed" "$from"
-    fi
-    step "survey_$name" surveyed "$from" "$work/surveys/$name"
-    step "mrpt_$name" mrpt "$from" "$work/mrpt/$name"
-    for kind in free tape separation wheels; do
-      if [[ $kind = separation || $kind = wheels ]] && ((seed % 2)); then continue; fi
-      step "${kind}_$name" free "$kind" "$from" "$work/$kind/$name" "$seed"
-    done
-    if [ "$robot" = lab ]; then
-      for case in 1 2 3 4 5; do
-        stem=$work/moved/${name}_$case
-        step "moved_${name}_$case" moved "$from" "$stem" $((10 * seed + case))
-        [ -f "$stem.txt" ] || continue
-        named=$(sed -n 's/ was moved by .*//p' "$stem.txt" | sort)
-        truth=$(tr ' ' '\n' <"$stem.moved" | sort)
-        ((++cases))
-        [ "$named" != "$truth" ] || ((++right))
-        missed=$((missed + $(comm -13 <(echo "$named") <(echo "$truth") | sed '/^$/d' | wc -l)))
-        wrong=$((wrong + $(comm -23 <(echo "$named") <(echo "$truth") | sed '/^$/d' | wc -l)))
-      done
-    fi
-    if ((seed % 2)); then beyond+=("$work/surveys/$name"); else inside+=("$work/surveys/$name"); fi # odd seeds have what no model has
+measure_robot() { # ROOM SEED FOLDER
+  local room=$1 seed=$2 from=$3 name=$1_$2 kind case stem named truth
+  step "survey_$name" surveyed "$from" "$work/surveys/$name"
+  step "mrpt_$name" mrpt "$from" "$work/mrpt/$name"
+  for kind in free tape separation wheels; do
+    if [[ $kind = separation || $kind = wheels ]] && ((seed % 2)); then continue; fi
+    step "${kind}_$name" free "$kind" "$from" "$work/$kind/$name" "$seed"
   done
-done
+  if [ "$room" = lab ]; then
+    for case in 1 2 3 4 5; do
+      stem=$work/moved/${name}_$case
+      step "moved_${name}_$case" moved "$from" "$stem" $((10 * seed + case))
+      [ -f "$stem.txt" ] || continue
+      named=$(sed -n 's/ was moved by .*//p' "$stem.txt" | sort)
+      truth=$(tr ' ' '\n' <"$stem.moved" | sort)
+      ((++cases))
+      [ "$named" != "$truth" ] || ((++right))
+      missed=$((missed + $(comm -13 <(echo "$named") <(echo "$truth") | sed '/^$/d' | wc -l)))
+      wrong=$((wrong + $(comm -23 <(echo "$named") <(echo "$truth") | sed '/^$/d' | wc -l)))
+    done
+  fi
+  if ((seed % 2)); then beyond+=("$work/surveys/$name"); else inside+=("$work/surveys/$name"); fi
+}
+each_rendered_robot measure_robot
 figures() { tests/evidence/survey.py "${@:2}" >"$work/$1.figures" 2>"$work/$1.robots" || true; }
-of() { sed -n "s/^$2 //p" "$work/$1.figures"; }
-for kind in "inside 2" "beyond 3"; do
-  read -r name limit <<<"$kind"
-  what="inside the model"
-  [ "$name" = inside ] || what="with the unmodelled rest"
+of() { of_file "$work/$1.figures" "$2"; }
+for kind in "0 inside 2" "1 beyond 3"; do
+  read -r odd name limit <<<"$kind"
+  what=$(model_of "$odd")
   if [ "$name" = inside ]; then figures inside "${inside[@]}"; else figures beyond "${beyond[@]}"; fi
   row "surveys of rendered robots, $what, $(of "$name" robots): landmarks found" "$(of "$name" found) of $(of "$name" landmarks), $(of "$name" ghosts) that are none" \
     "all, and none that is none" "$(holds "\"$(of "$name" found)\" == \"$(of "$name" landmarks)\" && \"$(of "$name" ghosts)\" == \"0\"")"
@@ -129,14 +120,10 @@ for kind in "inside 2" "beyond 3"; do
   row "the same: mean error of fixes on the own map, over that on the true map, median of the robots" "$(of "$name" ratio)" "at most 1.2" \
     "$(holds "\"$(of "$name" ratio)\" ~ /[0-9]/ && $(of "$name" ratio) + 0 <= 1.2")"
 done
-for kind in 0 1; do
-  what="inside the model"
-  [ "$kind" = 0 ] || what="with the unmodelled rest"
-  figure=$(for file in "$work"/mrpt/*.figures; do
-    seed=${file##*_}
-    [ ! -s "$file" ] || ((${seed%.figures} % 2 != kind)) || sed -n 's/^similarity_mm //p' "$file"
-  done | sort -g | awk '{ v[NR] = $1 } END { if (NR) printf "median %.2f mm, worst %.2f mm, %d robots", (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2, v[NR], NR }')
-  row "MRPT's range-bearing SLAM on the same drives, with tops by tape and told which landmark is which; robots $what: landmarks after similarity alignment, rms of a robot" \
+for odd in 0 1; do
+  errors=$(values mrpt "$odd" similarity_mm)
+  figure=${errors:+"median $(median <<<"$errors") mm, worst $(tail -n 1 <<<"$errors") mm, $(wc -l <<<"$errors") robots"}
+  row "MRPT's range-bearing SLAM on the same drives, with tops by tape and told which landmark is which; robots $(model_of "$odd"): landmarks after similarity alignment, rms of a robot" \
     "$figure" "the figure" "$(holds "\"$figure\" != \"\"")"
 done
 for kind in free tape separation wheels; do
@@ -166,7 +153,6 @@ for kind in free tape separation wheels; do
     "within its 99 % band" "$(holds "${robots:-0} > 0 && ($(of "$kind" scale_chi_squared) + 0 - ${robots:-0}) ^ 2 <= 6.66 * 2 * ${robots:-0}")"
   block "Robots: scale by $what" "$(cat "$work/$kind.robots")"
 done
-of_file() { sed -n "s/^$2 //p" "$1" 2>/dev/null; }
 figures corridor "$work/corridor"
 track=$work/corridor/track
 row "a corridor of 30 m round a block, 12 landmarks of 6 colours, surveyed: landmarks found" "$(of corridor found) of $(of corridor landmarks), $(of corridor ghosts) that are none" \
@@ -181,7 +167,9 @@ row "the same: normalised error squared of the pose, mean" "$(of_file "$track" n
   "$(holds "\"$(of_file "$track" nees)\" ~ /[0-9]/ && $(of_file "$track" nees) + 0 <= 4.5")"
 row "a survey of a drive of 9,000 frames, with the frames that are used unless told: time, greatest memory" "$(of_file "$work/cost_180.log" seconds) s, $(of_file "$work/cost_180.log" mib) MiB" \
   "at most 300 s and 1024 MiB" "$(holds "\"$(of_file "$work/cost_180.log" seconds)\" ~ /[0-9]/ && $(of_file "$work/cost_180.log" seconds) + 0 <= 300 && $(of_file "$work/cost_180.log" mib) + 0 <= 1024")"
-growth() { awk -v a="$(of_file "$work/cost_90.log" "$1")" -v b="$(of_file "$work/cost_720.log" "$1")" 'BEGIN { if (a > 0 && b > 0) printf "%.2f", log(b / a) / log(8) }'; }
+# exponent KEY FEW MANY TIMES: of the value in two files, where the second has TIMES as many
+exponent() { awk -v a="$(of_file "$2" "$1")" -v b="$(of_file "$3" "$1")" -v times="$4" 'BEGIN { if (a > 0 && b > 0) printf "%.2f", log(b / a) / log(times) }'; }
+growth() { exponent "$1" "$work/cost_90.log" "$work/cost_720.log" 8; }
 row "the same: exponents of time and memory by the number of used frames, 90 to 720" "$(growth seconds), $(growth mib)" "the figure" "$(holds "\"$(growth seconds)\" ~ /[0-9]/")"
 for count in 6 12 24 60; do
   folder=$work/many/$count
@@ -192,7 +180,7 @@ for count in 6 12 24 60; do
   row "the same while driving: landmarks; error of the track, mean" "$(of_file "$folder/track" found) of $count, $(of_file "$folder/track" more) more; $(of_file "$folder/track" mean_mm) mm" \
     "each once" "$(holds "\"$(of_file "$folder/track" found)\" == \"$count\" && \"$(of_file "$folder/track" more)\" == \"0\"")"
 done
-by_landmarks() { awk -v a="$(of_file "$work/many/6/cost" "$1")" -v b="$(of_file "$work/many/60/cost" "$1")" 'BEGIN { if (a > 0 && b > 0) printf "%.2f", log(b / a) / log(10) }'; }
+by_landmarks() { exponent "$1" "$work/many/6/cost" "$work/many/60/cost" 10; }
 row "the same: exponents of time and memory by the number of landmarks, 6 to 60" "$(by_landmarks seconds), $(by_landmarks mib)" "the figure" "$(holds "\"$(by_landmarks seconds)\" ~ /[0-9]/")"
 row "maps measured by tape (5 mm), one or two of six landmarks moved by 50 mm since, $cases cases" \
   "all right in $right; $missed moved ones not named, $wrong named that were not moved" "all named, and none that was not moved" \
