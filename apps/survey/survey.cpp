@@ -200,7 +200,7 @@ std::string new_name(const Landmark& landmark, const std::vector<Landmark>& meas
   const auto is_taken = [&](const std::string& name) {
     return std::ranges::find(measured, name, &Landmark::name) != measured.end();
   };
-  const std::string looks = vision::looks_of(landmark);
+  std::string looks = vision::looks_of(landmark);
   if (landmark.bands) return looks;
   for (int number = 1;; ++number) {
     std::string name = fmt::format("{}.{}", looks, number);
