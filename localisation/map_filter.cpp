@@ -249,7 +249,7 @@ std::optional<std::size_t> MapFilter::add(const vision::RoughLandmark& thing) {
   state_ = state;
   own_ = (own + own.transpose()) / 2;
   by_shared_ = by_shared;
-  known_.push_back({thing.hue, 1, frames_});
+  known_.push_back({thing.hue, 1, frames_, frames_});
   return known_.size() - 1;
 }
 
@@ -315,8 +315,12 @@ FoundLandmark MapFilter::landmark(std::size_t index) const {
   const Eigen::Vector4d found = numbers(index);
   const Eigen::Vector4d of_numbers(1, 1, 1, found[vision::kRadius]);  // their slopes by the state
   const Eigen::Matrix4d shared = by_shared_.middleRows<4>(i) * by_shared_.middleRows<4>(i).transpose();
-  return {known.hue, found, of_numbers.asDiagonal() * (own_.block<4, 4>(i, i) + shared) * of_numbers.asDiagonal(),
-          known.sightings, known.last_frame};
+  return {known.hue,
+          found,
+          of_numbers.asDiagonal() * (own_.block<4, 4>(i, i) + shared) * of_numbers.asDiagonal(),
+          known.sightings,
+          known.first_frame,
+          known.last_frame};
 }
 
 bool MapFilter::is_in_view(std::size_t index) const {

@@ -21,8 +21,9 @@ struct FoundLandmark {
   std::size_t hue = 0;                                ///< RoughLandmark::hue
   Eigen::Vector4d numbers = Eigen::Vector4d::Zero();  ///< by vision::LandmarkNumber, m, in the world of the start pose
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
-  std::size_t sightings = 0;   ///< number of observe() calls that saw it
-  std::size_t last_frame = 0;  ///< number of the last one
+  std::size_t sightings = 0;    ///< number of observe() calls that saw it
+  std::size_t first_frame = 0;  ///< number of the first one
+  std::size_t last_frame = 0;   ///< number of the last one
 };
 
 /// Simultaneous localisation and mapping with an extended Kalman filter: the pose and landmarks that no map lists.
@@ -70,7 +71,7 @@ class MapFilter {
  private:
   static constexpr Eigen::Index kPoseSize = 8;
   struct Known {
-    std::size_t hue, sightings, last_frame;
+    std::size_t hue, sightings, first_frame, last_frame;
   };
   template <int kCols>
   using UpTo4Rows = Eigen::Matrix<double, Eigen::Dynamic, kCols, 0, 4, kCols>;

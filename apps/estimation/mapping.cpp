@@ -18,6 +18,13 @@
 namespace twocone::estimation {
 namespace {
 
+// Landmarks that so many frames have shown are settled. Bands take longer: a screen, or a shelf, may be read as a
+// number from where the robot is for a moment. So does what appears when the first kStart frames are over: it may be
+// somebody who walks in.
+constexpr std::size_t kSettled = 6;
+constexpr std::size_t kSettledBands = 15;
+constexpr std::size_t kStart = 30;
+constexpr std::size_t kSettledLate = 45;
 // The outlines are measured with tops, radii and their sigmas of this number of frames ago, or newer ones.
 constexpr std::size_t kRenewedEvery = 15;
 // Two things of one hue within this share of their range, or this far, are one.
@@ -46,19 +53,38 @@ constexpr double kNearShare = 0.7;
 constexpr std::size_t kLeastPatience = 150;
 constexpr std::size_t kPatience = 5;
 constexpr std::size_t kPatienceUnsettled = 60;
+// A landmark that was contradicted in so many frames, and as often as it was seen, is removed.
+constexpr std::size_t kContradicted = 45;
+// One is found again if more than half of its widths, of so many or more, turn out to be those of a part of it.
+constexpr std::size_t kLeastWidths = 20;
+// Thinner things are edges between colours.
+constexpr double kLeastRadius_m = 0.003;
 
 // Relative standard deviation of each wheel's travel, on any floor. On a known map the fixes correct a slip; here the
 // first landmarks take it over.
 constexpr double kSlip = 0.02;
 
+/// Counts the widths of a landmark in the views that show it, and returns how many are those of a part of it.
+std::size_t count_hidden(const vision::RoughLandmark& thing, vision::UnhiddenWidth& unhidden) {
+  std::size_t hidden = 0;
+  for (std::size_t side = 0; side < thing.views.size(); ++side) {
+    const auto& width = thing.views[side].width;
+    if (!thing.is_shown[side] || !width) continue;
+    unhidden.add(*width, thing.radius_m);
+    if (unhidden.is_hidden(*width, thing.radius_m)) ++hidden;
+  }
+  return hidden;
+}
+
 /// Measures the radius by the widths of the outlines in the views, where they have them.
 /// @param known_sigma_m standard deviation of what is known of it
-void measure_radius(const vision::RangeMeasurement& measured, double known_sigma_m, vision::RoughLandmark& thing) {
+void measure_radius(double known_sigma_m, vision::RoughLandmark& thing) {
   double sum = 0;
   double weights = 0;
-  for (const auto& sighting : {measured.lower_sighting, measured.upper_sighting}) {
-    if (!sighting || !sighting->width || !(sighting->width->expected_px > 0)) continue;
-    const vision::OutlineWidth& width = *sighting->width;
+  for (std::size_t side = 0; side < thing.views.size(); ++side) {
+    if (!thing.is_shown[side] || !thing.views[side].width) continue;
+    const vision::OutlineWidth& width = *thing.views[side].width;
+    if (!(width.expected_px > 0)) continue;
     const double share_sigma =
         std::hypot(width.sigma_px, kWidthError_px, kBlur_px2 / width.expected_px) / width.expected_px;
     sum += width.seen_px / width.expected_px / (share_sigma * share_sigma);
@@ -67,6 +93,16 @@ void measure_radius(const vision::RangeMeasurement& measured, double known_sigma
   if (!(weights > 0) || !(sum > 0) || known_sigma_m * std::sqrt(weights) < thing.radius_m) return;
   thing.radius_sigma_m = std::sqrt(kWidthFrames / weights) * thing.radius_m;
   thing.radius_m *= sum / weights;
+}
+
+/// Returns the place of a thing, body frame.
+Eigen::Vector2d place_of(const vision::RoughLandmark& thing) {
+  return {thing.range_m * std::cos(thing.bearing_rad), thing.range_m * std::sin(thing.bearing_rad)};
+}
+
+/// Returns whether a thing may stand at a place, body frame.
+bool is_at(const vision::RoughLandmark& thing, const Eigen::Vector2d& place_m) {
+  return (place_m - place_of(thing)).norm() < std::max(kSame_m, kSameShare * thing.range_m);
 }
 
 vision::Rig rig_of(const config::Robot& robot) {
@@ -129,8 +165,13 @@ MappedLandmark Mapping::landmark(std::size_t index) const {
           .sightings = found.sightings};
 }
 
+std::size_t Mapping::frames_to_settle(const localisation::FoundLandmark& landmark) {
+  if (landmark.first_frame > kStart) return kSettledLate;
+  return landmark.hue >= vision::kBandedHue ? kSettledBands : kSettled;
+}
+
 bool Mapping::is_settled(const localisation::FoundLandmark& landmark) {
-  return landmark.sightings >= (landmark.hue >= vision::kBandedHue ? kSettledBands : kSettled);
+  return landmark.sightings >= frames_to_settle(landmark);
 }
 
 std::vector<std::size_t> Mapping::settled() const {
@@ -161,7 +202,7 @@ void Mapping::renew_ranging() {
 }
 
 std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const cv::Mat& upper,
-                                                     const std::optional<vision::FrameMotion>& motion) const {
+                                                     const std::optional<vision::FrameMotion>& motion) {
   std::vector<vision::RoughLandmark> things;
   if (!ranging_) return things;
   const localisation::Pose pose = filter_.pose().pose;
@@ -184,7 +225,14 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
         .top_m = map_.landmarks[k].top_m,
         // The width is that of the radius with which the outline was made.
         .radius_m = map_.landmarks[k].radius_m};
-    measure_radius(m, std::sqrt(known.covariance(vision::kRadius, vision::kRadius)), thing);
+    Follow& follow = follows_[ranged_[k]];
+    const std::size_t before = follow.width.count();
+    follow.is_hidden = count_hidden(thing, follow.width) > 0;
+    if (follow.is_hidden) {
+      follow.left_out += follow.width.count() - before;
+      continue;
+    }
+    measure_radius(std::sqrt(known.covariance(vision::kRadius, vision::kRadius)), thing);
     const Landmark there{.radius_m = thing.radius_m, .top_m = thing.top_m};
     for (const vision::Side side : {vision::Side::kLower, vision::Side::kUpper}) {
       vision::Sighting& seen = thing.views[std::size_t(side)];
@@ -202,24 +250,29 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
 }
 
 bool Mapping::is_known(const vision::RoughLandmark& thing, const std::vector<vision::RoughLandmark>& measured) const {
-  const auto place_of = [](const vision::RoughLandmark& t) {
-    return Eigen::Vector2d(t.range_m * std::cos(t.bearing_rad), t.range_m * std::sin(t.bearing_rad));
-  };
-  const double same_m = std::max(kSame_m, kSameShare * thing.range_m);
   const localisation::Pose pose = filter_.pose().pose;
   const auto is_here = [&](std::size_t i) {
     const localisation::FoundLandmark known = filter_.landmark(i);
-    if (known.hue != thing.hue || known.sightings < kWellKnown) return false;
+    if (known.hue != thing.hue || (known.sightings < kWellKnown && !follows_[i].is_hidden)) return false;
     const Eigen::Vector2d place_m = localisation::in_body(pose, known.numbers.head<2>());
     const double turn_rad = localisation::wrap_angle_rad(std::atan2(place_m.y(), place_m.x()) - thing.bearing_rad);
     const double halves_rad =
         std::atan2(known.numbers[vision::kRadius], place_m.norm()) + std::atan2(thing.radius_m, thing.range_m);
-    return (place_m - place_of(thing)).norm() < same_m || std::abs(turn_rad) < halves_rad + kSameDirection_rad;
+    return is_at(thing, place_m) || std::abs(turn_rad) < halves_rad + kSameDirection_rad;
   };
   const auto is_same = [&](const vision::RoughLandmark& other) {
-    return other.hue == thing.hue && (place_of(other) - place_of(thing)).norm() < same_m;
+    return other.hue == thing.hue && is_at(thing, place_of(other));
   };
   return std::ranges::any_of(measured, is_same) || std::ranges::any_of(ranged_, is_here);
+}
+
+void Mapping::note_presence(const vision::RoughLandmark& thing) {
+  const localisation::Pose pose = filter_.pose().pose;
+  for (const std::size_t i : ranged_) {
+    const localisation::FoundLandmark known = filter_.landmark(i);
+    if (known.hue != thing.hue) continue;
+    if (is_at(thing, localisation::in_body(pose, known.numbers.head<2>()))) follows_[i].is_there = true;
+  }
 }
 
 void Mapping::go_by_bands() {
@@ -252,12 +305,20 @@ void Mapping::follow() {
     const std::size_t unseen = filter_.frames() - known.last_frame;
     if (unseen == 0) {
       follow.farthest_m = std::max(follow.farthest_m, range_m);
+    } else if (follow.is_there) {
+      ++follow.contradicted;
     } else if (range_m < kNearShare * follow.farthest_m && filter_.is_in_view(i)) {
       ++follow.missed;
     }
-    const bool is_gone = is_settled(known) ? follow.missed >= std::max(kLeastPatience, kPatience * known.sightings)
-                                           : unseen >= kPatienceUnsettled;
-    if (!is_gone) continue;
+    follow.is_hidden = follow.is_there = false;
+    const bool is_contradicted = follow.contradicted >= std::max(kContradicted, known.sightings);
+    // Widths that were taken before the whole landmark was seen.
+    const std::size_t taken = follow.width.count() - follow.left_out;
+    const std::size_t narrow = follow.width.narrow_count();
+    const bool was_hidden = taken >= kLeastWidths && narrow > follow.left_out + taken / 2;
+    const bool is_missed = is_settled(known) ? follow.missed >= std::max(kLeastPatience, kPatience * known.sightings)
+                                             : unseen >= kPatienceUnsettled;
+    if (!is_missed && !is_contradicted && !was_hidden && !(known.numbers[vision::kRadius] < kLeastRadius_m)) continue;
     filter_.remove(i);
     follows_.erase(follows_.begin() + std::ptrdiff_t(i));
   }
@@ -279,6 +340,7 @@ Result<MappedFrame> Mapping::answer(const Image& lower, const Image& upper,
   renew_ranging();
   std::vector<vision::RoughLandmark> things = measured(*below, *above, motion);
   for (vision::RoughLandmark& thing : search_->look(*below, *above, motion)) {
+    note_presence(thing);
     if (is_known(thing, things)) continue;
     // The error of a rough place is that of the search, which frames share: so many count as one.
     for (vision::Sighting& seen : thing.views) seen.covariance_px2 *= double(kSettled);

@@ -20,6 +20,7 @@
 #include "localisation/map_filter.h"
 #include "vision/landmark_search.h"
 #include "vision/outline_ranging.h"
+#include "vision/unhidden_width.h"
 
 namespace twocone::estimation {
 
@@ -46,19 +47,19 @@ struct MappedFrame {
 ///    frames.
 /// 2. Things of these hues in both views, roughly; a new one becomes a landmark of the filter
 ///    (localisation/map_filter.h).
-/// 3. Landmarks that kSettled frames have shown, kSettledBands for bands, are measured by their outlines
-///    (vision/outline_ranging.h), where the filter expects them, in one view or both.
+/// 3. Landmarks that enough frames have shown (frames_to_settle) are measured by their outlines
+///    (vision/outline_ranging.h), where the filter expects them, in one view or both. An outline that is narrower than
+///    others of that landmark is left out: something hides a part of it (vision/unhidden_width.h).
 /// 4. A landmark that was near for long, inside a view, and not seen, compared with how often it was seen, is removed:
 ///    it was something that passed by. One that is far away stays, also for a whole way round.
+/// 5. So is a landmark in whose place something of its hue was seen that contradicts it, more often than it was seen
+///    itself. It is found again then: at first something hid a part of it, so that its place was wrong.
 ///
 /// The world is that of the start pose, which is exact by definition. The answers depend on the images and the wheels
 /// alone.
 class Mapping {
  public:
   static constexpr std::size_t kHuesEvery = 10;
-  static constexpr std::size_t kSettled = 6;
-  /// The same for bands. A screen, or a shelf, may be read as a number from where the robot is for a moment.
-  static constexpr std::size_t kSettledBands = 15;
 
   /// @param map its bounds count, its landmarks do not. @throws config::FileError for a rig that the method cannot use
   Mapping(const config::Robot& robot, const config::Map& map);
@@ -76,17 +77,21 @@ class Mapping {
  private:
   void find_hues(const cv::Mat& lower, const cv::Mat& upper);
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
+  /// Returns how many frames must have shown a landmark.
+  [[nodiscard]] static std::size_t frames_to_settle(const localisation::FoundLandmark& landmark);
   [[nodiscard]] static bool is_settled(const localisation::FoundLandmark& landmark);
   /// Returns the filter's indices of the landmarks that enough frames have shown.
   [[nodiscard]] std::vector<std::size_t> settled() const;
   void renew_ranging();
   [[nodiscard]] std::vector<vision::RoughLandmark> measured(const cv::Mat& lower, const cv::Mat& upper,
-                                                            const std::optional<vision::FrameMotion>& motion) const;
+                                                            const std::optional<vision::FrameMotion>& motion);
   /// Returns whether a rough thing adds nothing to what outlines have measured, or to what is known well, or may be a
   /// part of it.
   [[nodiscard]] bool is_known(const vision::RoughLandmark& thing,
                               const std::vector<vision::RoughLandmark>& measured) const;
-  /// Names the landmarks that are new, and removes those that passed by.
+  /// Remembers that something of a landmark's hue is where that landmark is expected.
+  void note_presence(const vision::RoughLandmark& thing);
+  /// Names the landmarks that are new, and removes those that passed by or are contradicted.
   void follow();
   /// Forgets things of vivid colours once there are vision::kBandsAlone banded landmarks.
   void go_by_bands();
@@ -104,6 +109,12 @@ class Mapping {
     std::string name;
     double farthest_m = 0;   ///< greatest range at which it was seen
     std::size_t missed = 0;  ///< frames in which it was near, inside a view, and not seen
+    vision::UnhiddenWidth width{};
+    std::size_t left_out = 0;  ///< widths of sightings that were left out, as those of a part of it
+    bool is_hidden = false;    ///< in part, in this frame
+    bool is_there = false;     ///< something of its hue is where it is expected, in this frame
+    std::size_t contradicted =
+        0;  ///< frames in which it was so, but its outline was not there, or the filter refused it
   };
   std::vector<Follow> follows_;         ///< of the filter's landmarks
   std::map<std::string, int> numbers_;  ///< how many landmarks had a hue's name

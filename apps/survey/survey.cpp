@@ -325,7 +325,7 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
     auto distances = distances_of(settings.distances, landmarks);
     if (!distances) return distances.error();
     problem.distances = *std::move(distances);
-    remove_narrow(sighted.frames, landmarks.size());
+    remove_narrow(sighted.frames, landmarks);
     measure_radii(sighted.frames, landmarks);
     problem.frames = std::move(sighted.frames);
     problem.landmarks = landmarks;

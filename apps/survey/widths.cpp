@@ -7,66 +7,36 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "vision/unhidden_width.h"
+
 namespace twocone::survey {
 namespace {
 
 // All widths of a view are widened by the same amount, whose prior sigma this is. One width has an error of its own
-// besides its noise. No radius is stated as better known than
-// kLeastRadiusShare of it.
+// besides its noise. No radius is stated as better known than kLeastRadiusShare of it.
 constexpr double kWidening_px = 0.3;
 constexpr double kWidthError_px = 0.1;
 constexpr double kLeastRadiusShare = 0.005;
-// Widths of one landmark agree within this share of them. A sighting is left out as hidden in part if it is narrower by
-// the three amounts together.
-constexpr double kSameWidth = 0.04;
-constexpr double kMany = 0.4;
-constexpr double kNarrowSigmas = 3;
-constexpr double kNarrow_px = 0.2;
-
-/// Returns the largest value about which many others lie within kSameWidth of it: kMany of the most that do so
-/// anywhere.
-double largest_common(std::vector<double> values) {
-  std::ranges::sort(values);
-  // Of each value: how many lie from it up to twice the share above it.
-  std::vector<std::size_t> counts;
-  for (std::size_t first = 0, end = 0; first < values.size(); ++first) {
-    while (end < values.size() && values[end] <= values[first] * (1 + 2 * kSameWidth)) ++end;
-    counts.push_back(end - first);
-  }
-  if (counts.empty()) return 1;
-  const double many = kMany * double(*std::ranges::max_element(counts));
-  for (std::size_t first = counts.size(); first-- > 0;) {
-    if (double(counts[first]) < many) continue;
-    // The fullest window that overlaps this one is the middle of that group.
-    std::size_t best = first;
-    for (std::size_t i = first; i-- > 0 && values[i] * (1 + 2 * kSameWidth) >= values[first];) {
-      if (counts[i] > counts[best]) best = i;
-    }
-    return values[best + counts[best] / 2];
-  }
-  return 1;
-}
 
 }  // namespace
 
-void remove_narrow(std::vector<vision::CalibrationFrame>& frames, std::size_t landmarks) {
-  std::vector<std::vector<double>> shares(landmarks);
+void remove_narrow(std::vector<vision::CalibrationFrame>& frames, const std::vector<Landmark>& landmarks) {
+  std::vector<vision::UnhiddenWidth> unhidden(landmarks.size());
   for (const vision::CalibrationFrame& frame : frames) {
     for (const vision::LandmarkSighting& seen : frame.sightings) {
       const auto& width = seen.sighting.width;
-      if (width) shares[seen.landmark].push_back(width->seen_px / width->expected_px);
+      if (width) unhidden[seen.landmark].add(*width, landmarks[seen.landmark].radius_m);
     }
   }
-  std::vector<double> common;
-  common.reserve(landmarks);
-  for (const std::vector<double>& of : shares) common.push_back(largest_common(of));
   for (vision::CalibrationFrame& frame : frames) {
-    std::erase_if(frame.sightings, [&](const vision::LandmarkSighting& seen) {
+    std::vector<bool> is_hidden(landmarks.size(), false);
+    for (const vision::LandmarkSighting& seen : frame.sightings) {
       const auto& width = seen.sighting.width;
-      if (!width) return false;
-      const double limit_px = kNarrowSigmas * width->sigma_px + kNarrow_px + kSameWidth * width->expected_px;
-      return width->seen_px < common[seen.landmark] * width->expected_px - limit_px;
-    });
+      if (width && unhidden[seen.landmark].is_hidden(*width, landmarks[seen.landmark].radius_m)) {
+        is_hidden[seen.landmark] = true;
+      }
+    }
+    std::erase_if(frame.sightings, [&](const vision::LandmarkSighting& seen) { return is_hidden[seen.landmark]; });
   }
 }
 
