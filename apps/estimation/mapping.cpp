@@ -312,13 +312,12 @@ void Mapping::follow() {
     }
     follow.is_hidden = follow.is_there = false;
     const bool is_contradicted = follow.contradicted >= std::max(kContradicted, known.sightings);
-    // Widths that were taken before the whole landmark was seen.
     const std::size_t taken = follow.width.count() - follow.left_out;
-    const std::size_t narrow = follow.width.narrow_count();
-    const bool was_hidden = taken >= kLeastWidths && narrow > follow.left_out + taken / 2;
+    const bool was_hidden = taken >= kLeastWidths && follow.width.narrow_count() > follow.left_out + taken / 2;
     const bool is_missed = is_settled(known) ? follow.missed >= std::max(kLeastPatience, kPatience * known.sightings)
                                              : unseen >= kPatienceUnsettled;
-    if (!is_missed && !is_contradicted && !was_hidden && !(known.numbers[vision::kRadius] < kLeastRadius_m)) continue;
+    const bool is_edge = known.numbers[vision::kRadius] < kLeastRadius_m;
+    if (!is_missed && !is_contradicted && !was_hidden && !is_edge) continue;
     filter_.remove(i);
     follows_.erase(follows_.begin() + std::ptrdiff_t(i));
   }

@@ -52,8 +52,10 @@ struct MappedFrame {
 ///    others of that landmark is left out: something hides a part of it (vision/unhidden_width.h).
 /// 4. A landmark that was near for long, inside a view, and not seen, compared with how often it was seen, is removed:
 ///    it was something that passed by. One that is far away stays, also for a whole way round.
-/// 5. So is a landmark in whose place something of its hue was seen that contradicts it, more often than it was seen
-///    itself. It is found again then: at first something hid a part of it, so that its place was wrong.
+/// 5. So is a landmark whose place is wrong since something hid a part of it at first: most of its widths turn out to
+/// be
+///    those of a part, or something of its hue was seen where it should be more often than it was seen itself. It is
+///    found again then.
 ///
 /// The world is that of the start pose, which is exact by definition. The answers depend on the images and the wheels
 /// alone.
@@ -110,11 +112,10 @@ class Mapping {
     double farthest_m = 0;   ///< greatest range at which it was seen
     std::size_t missed = 0;  ///< frames in which it was near, inside a view, and not seen
     vision::UnhiddenWidth width{};
-    std::size_t left_out = 0;  ///< widths of sightings that were left out, as those of a part of it
-    bool is_hidden = false;    ///< in part, in this frame
-    bool is_there = false;     ///< something of its hue is where it is expected, in this frame
-    std::size_t contradicted =
-        0;  ///< frames in which it was so, but its outline was not there, or the filter refused it
+    std::size_t left_out = 0;      ///< widths of sightings that were left out, as those of a part of it
+    bool is_hidden = false;        ///< in part, in this frame
+    bool is_there = false;         ///< something of its hue is where it is expected, in this frame
+    std::size_t contradicted = 0;  ///< frames in which it was so, but it was not seen itself
   };
   std::vector<Follow> follows_;         ///< of the filter's landmarks
   std::map<std::string, int> numbers_;  ///< how many landmarks had a hue's name
