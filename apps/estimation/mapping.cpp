@@ -291,11 +291,13 @@ void Mapping::go_by_bands() {
 }
 
 void Mapping::follow() {
-  while (follows_.size() < filter_.size()) {
-    const Landmark looks = vision::looking_like(filter_.landmark(follows_.size()).hue, colours_);
-    std::string name = vision::looks_of(looks);
+  follows_.resize(filter_.size());
+  for (const std::size_t i : settled()) {
+    std::string& name = follows_[i].name;
+    if (!name.empty()) continue;
+    const Landmark looks = vision::looking_like(filter_.landmark(i).hue, colours_);
+    name = vision::looks_of(looks);
     if (!looks.bands) name += fmt::format(".{}", ++numbers_[name]);
-    follows_.push_back({.name = std::move(name)});
   }
   const localisation::Pose pose = filter_.pose().pose;
   for (std::size_t i = filter_.size(); i-- > 0;) {

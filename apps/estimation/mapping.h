@@ -93,7 +93,7 @@ class Mapping {
                               const std::vector<vision::RoughLandmark>& measured) const;
   /// Remembers that something of a landmark's hue is where that landmark is expected.
   void note_presence(const vision::RoughLandmark& thing);
-  /// Names the landmarks that are new, and removes those that passed by or are contradicted.
+  /// Names the landmarks that enough frames have shown, and removes those that passed by or are contradicted.
   void follow();
   /// Forgets things of vivid colours once there are vision::kBandsAlone banded landmarks.
   void go_by_bands();
@@ -108,7 +108,7 @@ class Mapping {
   bool has_bands_ = false;  ///< bands alone are searched for
   localisation::MapFilter filter_;
   struct Follow {
-    std::string name;
+    std::string name{};      ///< empty until enough frames have shown it
     double farthest_m = 0;   ///< greatest range at which it was seen
     std::size_t missed = 0;  ///< frames in which it was near, inside a view, and not seen
     vision::UnhiddenWidth width{};
