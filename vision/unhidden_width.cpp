@@ -14,33 +14,43 @@ constexpr double kStep = 0.005;
 const int kWindow = int(2 * std::log1p(UnhiddenWidth::kSame) / kStep);
 // Many are this share of the most that agree anywhere.
 constexpr double kMany = 0.4;
-// A width is too narrow if it is so by all three together: its noise, its error from blur and the brightness beside it,
-// and kSame.
+// A width is too narrow if it is so by all of these together: its noise, its error from what is beside it, kSame, and
+// the share by which blur widened the others.
 constexpr double kNarrowSigmas = 3;
 constexpr double kNarrow_px = 0.2;
+// Blur widens a landmark of w pixels by kBlur_px2 / w, thus narrow and far ones most.
+constexpr double kBlur_px2 = 0.7;
 
-bool is_judged(const OutlineWidth& width) {
-  return width.seen_px >= UnhiddenWidth::kLeast_px && width.expected_px > 0 && std::isfinite(width.seen_px);
+/// Returns the share by which blur widened what is seen with that width.
+double widened_share(double seen_px) {
+  const double width_px = (seen_px + std::sqrt(std::max(0.0, seen_px * seen_px - 4 * kBlur_px2))) / 2;
+  return kBlur_px2 / (width_px * width_px);
+}
+
+bool is_usable(const OutlineWidth& width) {
+  return width.seen_px > 0 && width.expected_px > 0 && std::isfinite(width.seen_px);
 }
 
 }  // namespace
 
 void UnhiddenWidth::add(const OutlineWidth& width, double radius_m) {
-  if (!is_judged(width)) return;
+  if (!is_usable(width)) return;
+  Bin& bin = bins_[int(std::round(std::log(width.seen_px / width.expected_px * radius_m) / kStep))];
+  ++bin.count;
+  bin.sum_px += width.seen_px;
   ++count_;
-  ++counts_[int(std::round(std::log(width.seen_px / width.expected_px * radius_m) / kStep))];
 }
 
-double UnhiddenWidth::radius_m() const {
+UnhiddenWidth::Common UnhiddenWidth::common() const {
   struct Window {
     int first;
     std::size_t count;
   };
   std::vector<Window> windows;
   std::size_t most = 0;
-  for (auto first = counts_.begin(); first != counts_.end(); ++first) {
+  for (auto first = bins_.begin(); first != bins_.end(); ++first) {
     std::size_t count = 0;
-    for (auto i = first; i != counts_.end() && i->first <= first->first + kWindow; ++i) count += i->second;
+    for (auto i = first; i != bins_.end() && i->first <= first->first + kWindow; ++i) count += i->second.count;
     windows.push_back({first->first, count});
     most = std::max(most, count);
   }
@@ -51,25 +61,32 @@ double UnhiddenWidth::radius_m() const {
     for (std::size_t i = last; i-- > 0 && windows[i].first + kWindow >= windows[last].first;) {
       if (windows[i].count > best.count) best = windows[i];
     }
-    double sum = 0;
-    for (auto i = counts_.lower_bound(best.first); i != counts_.end() && i->first <= best.first + kWindow; ++i) {
-      sum += double(i->first) * double(i->second);
+    double steps = 0;
+    double sum_px = 0;
+    for (auto i = bins_.lower_bound(best.first); i != bins_.end() && i->first <= best.first + kWindow; ++i) {
+      steps += double(i->first) * double(i->second.count);
+      sum_px += i->second.sum_px;
     }
-    return std::exp(kStep * sum / double(best.count));
+    const auto count = double(best.count);
+    return {.radius_m = std::exp(kStep * steps / count), .widened = widened_share(sum_px / count)};
   }
-  return 0;
+  return {};
 }
 
+double UnhiddenWidth::radius_m() const { return common().radius_m; }
+
 bool UnhiddenWidth::is_hidden(const OutlineWidth& width, double radius_m) const {
-  if (!is_judged(width)) return false;
-  const double limit_px = kNarrowSigmas * width.sigma_px + kNarrow_px + kSame * width.expected_px;
-  return width.seen_px < this->radius_m() / radius_m * width.expected_px - limit_px;
+  if (!is_usable(width)) return false;
+  const Common common = this->common();
+  const double whole_px = common.radius_m / radius_m * width.expected_px;
+  return width.seen_px < whole_px * (1 - kSame - common.widened) - kNarrowSigmas * width.sigma_px - kNarrow_px;
 }
 
 std::size_t UnhiddenWidth::narrow_count() const {
-  const double limit = std::log(radius_m() * (1 - kMuch)) / kStep;
+  const Common common = this->common();
+  const double limit_m = common.radius_m * (1 - kMuch - common.widened);
   std::size_t count = 0;
-  for (const auto& [step, widths] : counts_) count += step < limit ? widths : 0;
+  for (const auto& [step, bin] : bins_) count += std::exp(kStep * step) < limit_m ? bin.count : 0;
   return count;
 }
 

@@ -18,8 +18,6 @@ class UnhiddenWidth {
   /// Two widths within this share of them agree.
   static constexpr double kSame = 0.04;
   static constexpr double kMuch = 0.12;
-  /// Smaller widths are neither counted nor judged: blur widens them too much.
-  static constexpr double kLeast_px = 4;
 
   /// Counts a sighting's width. @param radius_m > 0, by which its OutlineWidth::expected_px was made
   void add(const OutlineWidth& width, double radius_m);
@@ -29,12 +27,23 @@ class UnhiddenWidth {
   [[nodiscard]] bool is_hidden(const OutlineWidth& width, double radius_m) const;
   /// Returns the number of widths that were counted.
   [[nodiscard]] std::size_t count() const { return count_; }
-  /// Returns how many of them are less than 1 - kMuch of the unhidden one.
+  /// Returns how many of them are narrower than the unhidden one by kMuch of it, and by more than blur explains.
   [[nodiscard]] std::size_t narrow_count() const;
 
  private:
+  struct Bin {
+    std::size_t count = 0;
+    double sum_px = 0;  ///< of the widths
+  };
+  struct Common {
+    double radius_m = 0;
+    double widened = 0;  ///< share of the radius that blur may have added
+  };
+  /// Returns what the unhidden width shows.
+  [[nodiscard]] Common common() const;
+
   std::size_t count_ = 0;
-  std::map<int, std::size_t> counts_;  ///< by the logarithm of the radius that a width shows, over kStep
+  std::map<int, Bin> bins_;  ///< by the logarithm of the radius that a width shows, over kStep
 };
 
 }  // namespace twocone::vision
