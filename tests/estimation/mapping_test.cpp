@@ -44,9 +44,19 @@ struct Driven {
   std::vector<Pose2> poses;
 };
 
+/// Returns a grey post, a metre from the robot, that hides half of a landmark.
+SyntheticLandmark post_before(const SyntheticLandmark& landmark, const Pose2& pose) {
+  constexpr double kRadius_m = 0.1;
+  const Eigen::Vector2d eye_m(pose.x_m, pose.y_m);
+  const Eigen::Vector2d towards = (landmark.centre_m - eye_m).normalized();
+  const Eigen::Vector2d at_m = eye_m + towards + kRadius_m * Eigen::Vector2d(-towards.y(), towards.x());
+  return {at_m, kRadius_m, 1.5, {0.3, 0.3, 0.3}};
+}
+
 /// Drives on a circle, whose wheels lose a percent of their way, and maps. Somebody in orange walks through the room.
+/// In the first `half_hidden` frames, a post hides half of the first landmark.
 Driven drive(Mapping& mapping, int frames,
-             const std::vector<SyntheticLandmark>& landmarks = testing_support::six_landmarks()) {
+             const std::vector<SyntheticLandmark>& landmarks = testing_support::six_landmarks(), int half_hidden = 0) {
   constexpr double kFrame_s = 0.2;
   constexpr double kSlip = 0.99;
   const SyntheticRig lab(vision::lab_rig());
@@ -65,6 +75,7 @@ Driven drive(Mapping& mapping, int frames,
     if (i >= 8 && i < 18) {
       all.push_back(testing_support::landmark(-2.2 + 0.45 * (i - 8), 0.9, {0.6, 0.31, 0.02}, 0.2));
     }
+    if (i < half_hidden) all.push_back(post_before(landmarks.front(), pose));
     const SyntheticScene scene{testing_support::seen_from(all, {pose.x_m, pose.y_m}, pose.heading_rad), {}, {}};
     const auto pair = lab.take(scene, {.noise_grey_levels = 1.5}, random);
     auto answer = mapping.answer(as_image(pair.lower), as_image(pair.upper), {}, i * kFrame_s, left_rad, right_rad);
@@ -106,6 +117,26 @@ TEST(Mapping, FindsLandmarksAndThePoseAtTheSameTime) {
     squares += off.dot(track.covariance->llt().solve(off)) / kLast;
   }
   EXPECT_LT(squares, 3 * 3) << "3 is expected; the errors of neighbouring frames are one";
+}
+
+// Catches a landmark that stays where its visible half seemed to be.
+TEST(Mapping, FindsAgainWhatWasHalfHidden) {
+  Mapping mapping(mapping_robot(), mapping_room());
+  constexpr int kHalfHidden = 25;
+  (void)drive(mapping, kHalfHidden, testing_support::six_landmarks(), kHalfHidden);
+  const SyntheticLandmark truth = testing_support::six_landmarks().front();
+  const auto error_m = [&](const Mapping& by) {
+    double least_m = 1;
+    for (const MappedLandmark& l : by.landmarks()) {
+      least_m = std::min(least_m, (vision::place_m(l.landmark) - truth.centre_m).norm());
+    }
+    return least_m;
+  };
+  EXPECT_GT(error_m(mapping), 0.03) << "the post does not hide it";
+  Mapping whole(mapping_robot(), mapping_room());
+  (void)drive(whole, 110, testing_support::six_landmarks(), kHalfHidden);
+  EXPECT_LT(error_m(whole), 0.015);
+  EXPECT_EQ(whole.landmarks().size(), 6U);
 }
 
 // Catches coloured things on the map of a room whose landmarks have bands.
