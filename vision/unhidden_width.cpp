@@ -39,9 +39,15 @@ void UnhiddenWidth::add(const OutlineWidth& width, double radius_m) {
   ++bin.count;
   bin.sum_px += width.seen_px;
   ++count_;
+  common_.reset();
 }
 
-UnhiddenWidth::Common UnhiddenWidth::common() const {
+const UnhiddenWidth::Common& UnhiddenWidth::common() const {
+  if (!common_) common_ = find_common();
+  return *common_;
+}
+
+UnhiddenWidth::Common UnhiddenWidth::find_common() const {
   struct Window {
     int first;
     std::size_t count;
@@ -77,13 +83,13 @@ double UnhiddenWidth::radius_m() const { return common().radius_m; }
 
 bool UnhiddenWidth::is_hidden(const OutlineWidth& width, double radius_m) const {
   if (!is_usable(width)) return false;
-  const Common common = this->common();
+  const Common& common = this->common();
   const double whole_px = common.radius_m / radius_m * width.expected_px;
   return width.seen_px < whole_px * (1 - kSame - common.widened) - kNarrowSigmas * width.sigma_px - kNarrow_px;
 }
 
 std::size_t UnhiddenWidth::narrow_count() const {
-  const Common common = this->common();
+  const Common& common = this->common();
   const double limit_m = common.radius_m * (1 - kMuch - common.widened);
   std::size_t count = 0;
   for (const auto& [step, bin] : bins_) count += std::exp(kStep * step) < limit_m ? bin.count : 0;

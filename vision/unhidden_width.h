@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 
 #include "vision/ranging.h"
 
@@ -17,6 +18,7 @@ class UnhiddenWidth {
  public:
   /// Two widths within this share of them agree.
   static constexpr double kSame = 0.04;
+  /// A width that is less than the unhidden one by this share of it is that of a part: narrow_count().
   static constexpr double kMuch = 0.12;
 
   /// Counts a sighting's width. @param radius_m > 0, by which its OutlineWidth::expected_px was made
@@ -39,11 +41,13 @@ class UnhiddenWidth {
     double radius_m = 0;
     double widened = 0;  ///< share of the radius that blur may have added
   };
-  /// Returns what the unhidden width shows.
-  [[nodiscard]] Common common() const;
+  /// Returns what the unhidden width shows. It is computed once after the last add().
+  [[nodiscard]] const Common& common() const;
+  [[nodiscard]] Common find_common() const;
 
   std::size_t count_ = 0;
   std::map<int, Bin> bins_;  ///< by the logarithm of the radius that a width shows, over kStep
+  mutable std::optional<Common> common_;
 };
 
 }  // namespace twocone::vision

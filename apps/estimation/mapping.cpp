@@ -64,16 +64,16 @@ constexpr double kLeastRadius_m = 0.003;
 // first landmarks take it over.
 constexpr double kSlip = 0.02;
 
-/// Counts the widths of a landmark in the views that show it, and returns how many are those of a part of it.
-std::size_t count_hidden(const vision::RoughLandmark& thing, vision::UnhiddenWidth& unhidden) {
-  std::size_t hidden = 0;
+/// Counts the widths of a landmark in the views that show it, and returns whether one is that of a part of it.
+bool is_hidden_in_part(const vision::RoughLandmark& thing, vision::UnhiddenWidth& unhidden) {
+  bool is_hidden = false;
   for (std::size_t side = 0; side < thing.views.size(); ++side) {
     const auto& width = thing.views[side].width;
     if (!thing.is_shown[side] || !width) continue;
     unhidden.add(*width, thing.radius_m);
-    if (unhidden.is_hidden(*width, thing.radius_m)) ++hidden;
+    if (unhidden.is_hidden(*width, thing.radius_m)) is_hidden = true;
   }
-  return hidden;
+  return is_hidden;
 }
 
 /// Measures the radius by the widths of the outlines in the views, where they have them.
@@ -165,13 +165,9 @@ MappedLandmark Mapping::landmark(std::size_t index) const {
           .sightings = found.sightings};
 }
 
-std::size_t Mapping::frames_to_settle(const localisation::FoundLandmark& landmark) {
-  if (landmark.first_frame > kStart) return kSettledLate;
-  return landmark.hue >= vision::kBandedHue ? kSettledBands : kSettled;
-}
-
 bool Mapping::is_settled(const localisation::FoundLandmark& landmark) {
-  return landmark.sightings >= frames_to_settle(landmark);
+  if (landmark.first_frame > kStart) return landmark.sightings >= kSettledLate;
+  return landmark.sightings >= (landmark.hue >= vision::kBandedHue ? kSettledBands : kSettled);
 }
 
 std::vector<std::size_t> Mapping::settled() const {
@@ -227,7 +223,7 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
         .radius_m = map_.landmarks[k].radius_m};
     Follow& follow = follows_[ranged_[k]];
     const std::size_t before = follow.width.count();
-    follow.is_hidden = count_hidden(thing, follow.width) > 0;
+    follow.is_hidden = is_hidden_in_part(thing, follow.width);
     if (follow.is_hidden) {
       follow.left_out += follow.width.count() - before;
       continue;

@@ -47,15 +47,14 @@ struct MappedFrame {
 ///    frames.
 /// 2. Things of these hues in both views, roughly; a new one becomes a landmark of the filter
 ///    (localisation/map_filter.h).
-/// 3. Landmarks that enough frames have shown (frames_to_settle) are measured by their outlines
+/// 3. Landmarks that enough frames have shown are measured by their outlines
 ///    (vision/outline_ranging.h), where the filter expects them, in one view or both. An outline that is narrower than
 ///    others of that landmark is left out: something hides a part of it (vision/unhidden_width.h).
 /// 4. A landmark that was near for long, inside a view, and not seen, compared with how often it was seen, is removed:
 ///    it was something that passed by. One that is far away stays, also for a whole way round.
-/// 5. So is a landmark whose place is wrong since something hid a part of it at first: most of its widths turn out to
-/// be
-///    those of a part, or something of its hue was seen where it should be more often than it was seen itself. It is
-///    found again then.
+/// 5. A landmark of which something hid a part at first, so that its place is wrong, is removed too, and found again.
+///    Either most of its widths turn out to be those of a part, or something of its hue was seen in its place more
+///    often than it was seen itself.
 ///
 /// The world is that of the start pose, which is exact by definition. The answers depend on the images and the wheels
 /// alone.
@@ -79,8 +78,7 @@ class Mapping {
  private:
   void find_hues(const cv::Mat& lower, const cv::Mat& upper);
   [[nodiscard]] MappedLandmark landmark(std::size_t index) const;
-  /// Returns how many frames must have shown a landmark.
-  [[nodiscard]] static std::size_t frames_to_settle(const localisation::FoundLandmark& landmark);
+  /// Returns whether enough frames have shown a landmark.
   [[nodiscard]] static bool is_settled(const localisation::FoundLandmark& landmark);
   /// Returns the filter's indices of the landmarks that enough frames have shown.
   [[nodiscard]] std::vector<std::size_t> settled() const;

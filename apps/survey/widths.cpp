@@ -13,7 +13,7 @@ namespace twocone::survey {
 namespace {
 
 // All widths of a view are widened by the same amount, whose prior sigma this is. One width has an error of its own
-// besides its noise. No radius is stated as better known than kLeastRadiusShare of it.
+// besides its noise. The stated sigma of a radius is never less than kLeastRadiusShare of the radius.
 constexpr double kWidening_px = 0.3;
 constexpr double kWidthError_px = 0.1;
 constexpr double kLeastRadiusShare = 0.005;
