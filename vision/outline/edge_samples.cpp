@@ -171,9 +171,10 @@ class Reader {
     } else {
       inner = std::min(inner, width / 2 - 0.5);
       const double inside_px = (first_beyond(c.at + c.inwards * inner, c.inwards) - c.at) * c.inwards * c.normal;
-      const auto seen =
-          static_cast<float>(coverage(inside_px, c.edge_sample.wide, c.edge_sample.narrow).value +
-                             coverage(c.depth_px - inside_px, c.edge_sample.wide, c.edge_sample.narrow).value - 1);
+      const double wide = c.edge_sample.wide * reach_.measured_blur_px;
+      const double narrow = c.edge_sample.narrow * reach_.measured_blur_px;
+      const auto seen = static_cast<float>(coverage(inside_px, wide, narrow).value +
+                                           coverage(c.depth_px - inside_px, wide, narrow).value - 1);
       if (seen < kWhole) c.cover = std::max(seen, 0.F);
     }
     int squares = 0;

@@ -168,6 +168,9 @@ struct SampleReach {
   /// of the outline.
   double colours_px = 0;
   double blur_px = 1;  ///< assumed width of the edges
+  /// Width of the edges where earlier fits have measured it. A pixel of a landmark that is no wider than two edges is a
+  /// mixture, in shares that follow from it.
+  double measured_blur_px = 1;
   /// A colour is the mean of this number of pixels of a row or column, if so many show that colour alone. Few pixels
   /// are more accurate where light and background change along the row; many pixels are more accurate where there is
   /// noise. Tuned by hand on synthetic images; no test fixes it.

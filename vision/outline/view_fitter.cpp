@@ -135,7 +135,7 @@ constexpr double kNearBlur_px = 2;
 
 /// Returns the reach for edges of that width. The colours are read beyond the edge, whose half support is 0.7 of its
 /// width across a pixel's corner (1 / sqrt(2)).
-SampleReach reach_of(double blur_px) { return {kFineReach_px + 0.7 * blur_px, blur_px}; }
+SampleReach reach_of(double blur_px) { return {.colours_px = kFineReach_px + 0.7 * blur_px, .blur_px = blur_px}; }
 
 /// Returns the reach with which the lowest bands still show pixels of their own, at least that of sharp edges. Nearer
 /// to wide edges both colours are mixed a little, one as much as the other.
@@ -446,6 +446,7 @@ std::optional<ViewFitter::Common> ViewFitter::common(const std::vector<const Out
   const double code_variance = common.noise.code_variance;
   const bool is_noisy = code_variance > kNoisyVariance && code_variance * grey > kNoisyShare * residual;
   common.reach = reach_of(common.blur_px);
+  common.reach.measured_blur_px = common.blur_px;
   if (is_noisy) common.reach.samples = kManySamples;
   const double explained = kSureOfSampling * code_variance * grey;
   if (spread > 0) common.noise.sampling = std::clamp((residual - explained) / spread, 1e-6, 1.0);
