@@ -21,7 +21,7 @@ constexpr double kMostStep_px = 3;  // one step is at most half of it; a total o
 /// Returns the share of a rim's bend that counts where it is blurred: the bend of a rim that is no wider than its blur
 /// is no parabola over that width. Measured in blurred synthetic images; outline_ranging_test.cpp, DefocusMovesNoEdge,
 /// limits the error that results but does not fix it.
-double bend_share(double rim_px, double blur_px) { return std::clamp(rim_px / blur_px - 0.9, 0.0, 1.0); }
+double bend_share(double rim_px, double blur_px) { return std::clamp((rim_px / blur_px - 1.2) / 1.2, 0.0, 1.0); }
 
 }  // namespace
 
