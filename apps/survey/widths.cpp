@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <span>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -12,11 +14,52 @@
 namespace twocone::survey {
 namespace {
 
-// All widths of a view are widened by the same amount, whose prior sigma this is. One width has an error of its own
-// besides its noise. The stated sigma of a radius is never less than kLeastRadiusShare of the radius.
+// All widths of a view are widened by the same amount, whose prior sigma this is. The stated sigma of a radius is never
+// less than kLeastRadiusShare of the radius.
 constexpr double kWidening_px = 0.3;
-constexpr double kWidthError_px = 0.1;
 constexpr double kLeastRadiusShare = 0.005;
+// A width's error besides its noise: kWidthError_px for wide landmarks. Light that changes across a landmark cannot be
+// told from a width where blur mixes both sides, below some kThin_px. Both from rendered images of rooms of 8 m.
+constexpr double kWidthError_px = 0.1;
+constexpr double kThin_px = 7;
+
+/// The logarithm of a radius, which is known with that variance; 0: it is not known.
+struct LogRadius {
+  double mean = 0;
+  double variance = 0;
+};
+
+/// Returns what the other radii say of one: their mean, with the variance between them (DerSimonian and Laird's), and
+/// one standard deviation of that, for differences that do not show. Returns nothing for fewer than two others.
+std::optional<LogRadius> as_the_others(std::span<const LogRadius> radii, std::size_t one) {
+  double count = 0;
+  double weights = 0;
+  double squared_weights = 0;
+  double sum = 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    if (i == one || radii[i].variance == 0) continue;
+    const double weight = 1 / radii[i].variance;
+    count += 1;
+    weights += weight;
+    squared_weights += weight * weight;
+    sum += weight * radii[i].mean;
+    squares += weight * radii[i].mean * radii[i].mean;
+  }
+  if (count < 2) return std::nullopt;
+  const double mean = sum / weights;
+  const double chi_squared = squares - weights * mean * mean;
+  const double freedom = count - 1;
+  const double excess = std::max(0.0, chi_squared - freedom) + std::sqrt(2 * freedom);
+  return LogRadius{mean, excess / (weights - squared_weights / weights) + 1 / weights};
+}
+
+/// Returns the variance of a width, px^2.
+double variance_px2(const vision::OutlineWidth& width) {
+  const double thin = kThin_px / std::max(width.expected_px, 1.0);
+  const double light_px = kWidthError_px * (1 + thin * thin);
+  return width.sigma_px * width.sigma_px + light_px * light_px;
+}
 
 }  // namespace
 
@@ -45,7 +88,8 @@ void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vec
   // Unknowns: the true radius over the believed one, of each landmark; the widening of both views, px.
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count + 2, count + 2);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(count + 2);
-  std::vector<std::size_t> widths(landmarks.size(), 0);
+  std::vector<double> information(landmarks.size(), 0);
+  std::vector<double> squared_information(landmarks.size(), 0);
   for (Eigen::Index view = count; view < count + 2; ++view) normal(view, view) = 1 / (kWidening_px * kWidening_px);
   for (const vision::CalibrationFrame& frame : frames) {
     for (const vision::LandmarkSighting& seen : frame.sightings) {
@@ -53,30 +97,46 @@ void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vec
       if (!width) continue;
       const auto i = Eigen::Index(seen.landmark);
       const Eigen::Index view = count + (seen.side == vision::Side::kLower ? 0 : 1);
-      const double weight = 1 / (width->sigma_px * width->sigma_px + kWidthError_px * kWidthError_px);
-      normal(i, i) += weight * width->expected_px * width->expected_px;
+      const double weight = 1 / variance_px2(*width);
+      const double of_radius = weight * width->expected_px * width->expected_px;
+      normal(i, i) += of_radius;
+      information[seen.landmark] += of_radius;
+      squared_information[seen.landmark] += of_radius * of_radius;
       normal(i, view) += weight * width->expected_px;
       normal(view, i) += weight * width->expected_px;
       normal(view, view) += weight;
       right[i] += weight * width->expected_px * width->seen_px;
       right[view] += weight * width->seen_px;
-      ++widths[seen.landmark];
     }
   }
   for (Eigen::Index i = 0; i < count; ++i) {
-    if (widths[std::size_t(i)] == 0) normal(i, i) = 1;
+    if (information[std::size_t(i)] == 0) normal(i, i) = 1;
   }
   const auto factor = normal.ldlt();
   const Eigen::VectorXd answer = factor.solve(right);
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(count + 2, count + 2));
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (widths[std::size_t(i)] == 0) continue;
-    Landmark& landmark = landmarks[std::size_t(i)];
+  std::vector<LogRadius> measured(landmarks.size());
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    if (information[i] == 0) continue;
+    const auto at = Eigen::Index(i);
     // Few widths, and a widening of their own size, may give anything.
-    landmark.radius_m *= std::clamp(answer[i], 0.5, 2.0);
-    // The errors of one landmark's widths are those of its light, so that they do not average away over frames.
-    const double own = std::sqrt(covariance(i, i) * double(widths[std::size_t(i)]));
-    landmark.sigma.radius_m = landmark.radius_m * std::max(kLeastRadiusShare, own);
+    const double share = std::clamp(answer[at], 0.5, 2.0);
+    // The errors of one landmark's widths are those of its light, so that they do not average away over frames: the
+    // number of its widths, each counted by its part in the answer, is taken out again.
+    const double own = covariance(at, at) * information[i] * information[i] / squared_information[i];
+    measured[i] = {std::log(landmarks[i].radius_m * share), own / (share * share)};
+  }
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    auto [mean, variance] = measured[i];
+    if (variance == 0) continue;
+    // A room's landmarks are often alike. As far as their widths say so, the near ones tell the radii of the far ones.
+    if (const auto others = as_the_others(measured, i)) {
+      const double part = variance / (variance + others->variance);
+      mean += part * (others->mean - mean);
+      variance *= 1 - part;
+    }
+    landmarks[i].radius_m = std::exp(mean);
+    landmarks[i].sigma.radius_m = landmarks[i].radius_m * std::max(kLeastRadiusShare, std::sqrt(variance));
   }
 }
 
