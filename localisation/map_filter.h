@@ -57,6 +57,9 @@ class MapFilter {
   /// index of its landmark; nothing where it was left out.
   std::vector<std::optional<std::size_t>> observe(std::span<const vision::RoughLandmark> things);
 
+  /// Updates a landmark by a radius that was measured otherwise. @param radius_m > 0 @param sigma_m > 0
+  void update_radius(std::size_t landmark, double radius_m, double sigma_m);
+
   /// Removes the landmark with that index; those behind it move up.
   void remove(std::size_t landmark);
 
@@ -97,7 +100,6 @@ class MapFilter {
   /// where a view cannot show it there.
   [[nodiscard]] double likeness(const vision::RoughLandmark& thing, std::size_t landmark) const;
   bool update(const vision::RoughLandmark& thing, std::size_t landmark);
-  void update_radius(std::size_t landmark, double radius_m, double sigma_m);
   [[nodiscard]] bool is_apart(const vision::RoughLandmark& thing) const;
   std::optional<std::size_t> add(const vision::RoughLandmark& thing);
   [[nodiscard]] Pose estimated() const { return {state_[0], state_[1], state_[2]}; }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/image_as_mat.h"
 #include "localisation/odometry.h"
+#include "vision/alike_radii.h"
 #include "vision/hue_labels.h"
 
 namespace twocone::estimation {
@@ -57,6 +59,9 @@ constexpr std::size_t kPatienceUnsettled = 60;
 constexpr std::size_t kContradicted = 45;
 // One is found again if more than half of its widths, of so many or more, turn out to be those of a part of it.
 constexpr std::size_t kLeastWidths = 20;
+// A landmark's radius is compared with those of the others, once, when so many frames have shown it: ten seconds, in
+// which the robot has seen most landmarks from several sides.
+constexpr std::size_t kCompared = 150;
 // Thinner things are edges between colours.
 constexpr double kLeastRadius_m = 0.003;
 
@@ -321,6 +326,26 @@ void Mapping::follow() {
   }
 }
 
+void Mapping::compare_radii() {
+  const auto radius_of = [&](std::size_t i) -> vision::LogRadius {
+    const localisation::FoundLandmark known = filter_.landmark(i);
+    const double radius_m = known.numbers[vision::kRadius];
+    return {std::log(radius_m), known.covariance(vision::kRadius, vision::kRadius) / (radius_m * radius_m)};
+  };
+  const std::vector<std::size_t> all = settled();
+  std::vector<vision::LogRadius> radii;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    Follow& follow = follows_[all[k]];
+    if (follow.is_compared || filter_.landmark(all[k]).sightings < kCompared) continue;
+    follow.is_compared = true;
+    if (radii.empty()) std::ranges::transform(all, std::back_inserter(radii), radius_of);
+    const auto others = vision::as_the_others(radii, k);
+    if (!others) continue;
+    const double radius_m = std::exp(others->mean);
+    filter_.update_radius(all[k], radius_m, radius_m * std::sqrt(others->variance));
+  }
+}
+
 Result<MappedFrame> Mapping::answer(const Image& lower, const Image& upper,
                                     const std::optional<vision::FrameMotion>& motion, double t_s, double left_rad,
                                     double right_rad) {
@@ -347,6 +372,7 @@ Result<MappedFrame> Mapping::answer(const Image& lower, const Image& upper,
   frame.timing.vision_s = thread_time_s() - begin_cpu_s;
   (void)filter_.observe(things);
   follow();
+  compare_radii();
   go_by_bands();
   const localisation::PoseEstimate pose = filter_.pose();
   frame.track = {.use = things.empty() ? localisation::FixUse::kNoFix : localisation::FixUse::kTaken,

@@ -93,6 +93,8 @@ class Mapping {
   void note_presence(const vision::RoughLandmark& thing);
   /// Names the landmarks that enough frames have shown, and removes those that passed by or are contradicted.
   void follow();
+  /// Compares the radii of the landmarks that have been seen for long enough with those of the others, each once.
+  void compare_radii();
   /// Forgets things of vivid colours once there are vision::kBandsAlone banded landmarks.
   void go_by_bands();
 
@@ -114,6 +116,7 @@ class Mapping {
     bool is_hidden = false;        ///< in part, in this frame
     bool is_there = false;         ///< something of its hue is where it is expected, in this frame
     std::size_t contradicted = 0;  ///< frames in which it was so, but it was not seen itself
+    bool is_compared = false;      ///< its radius, with those of the others
   };
   std::vector<Follow> follows_;         ///< of the filter's landmarks
   std::map<std::string, int> numbers_;  ///< how many landmarks had a hue's name

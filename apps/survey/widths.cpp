@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <span>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "vision/alike_radii.h"
 #include "vision/unhidden_width.h"
 
 namespace twocone::survey {
@@ -22,37 +21,6 @@ constexpr double kLeastRadiusShare = 0.005;
 // told from a width where blur mixes both sides, below some kThin_px. Both from rendered images of rooms of 8 m.
 constexpr double kWidthError_px = 0.1;
 constexpr double kThin_px = 7;
-
-/// The logarithm of a radius, which is known with that variance; 0: it is not known.
-struct LogRadius {
-  double mean = 0;
-  double variance = 0;
-};
-
-/// Returns what the other radii say of one: their mean, with the variance between them (DerSimonian and Laird's), and
-/// one standard deviation of that, for differences that do not show. Returns nothing for fewer than two others.
-std::optional<LogRadius> as_the_others(std::span<const LogRadius> radii, std::size_t one) {
-  double count = 0;
-  double weights = 0;
-  double squared_weights = 0;
-  double sum = 0;
-  double squares = 0;
-  for (std::size_t i = 0; i < radii.size(); ++i) {
-    if (i == one || radii[i].variance == 0) continue;
-    const double weight = 1 / radii[i].variance;
-    count += 1;
-    weights += weight;
-    squared_weights += weight * weight;
-    sum += weight * radii[i].mean;
-    squares += weight * radii[i].mean * radii[i].mean;
-  }
-  if (count < 2) return std::nullopt;
-  const double mean = sum / weights;
-  const double chi_squared = squares - weights * mean * mean;
-  const double freedom = count - 1;
-  const double excess = std::max(0.0, chi_squared - freedom) + std::sqrt(2 * freedom);
-  return LogRadius{mean, excess / (weights - squared_weights / weights) + 1 / weights};
-}
 
 /// Returns the variance of a width, px^2.
 double variance_px2(const vision::OutlineWidth& width) {
@@ -115,7 +83,7 @@ void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vec
   const auto factor = normal.ldlt();
   const Eigen::VectorXd answer = factor.solve(right);
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(count + 2, count + 2));
-  std::vector<LogRadius> measured(landmarks.size());
+  std::vector<vision::LogRadius> measured(landmarks.size());
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     if (information[i] == 0) continue;
     const auto at = Eigen::Index(i);
@@ -129,8 +97,7 @@ void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vec
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     auto [mean, variance] = measured[i];
     if (variance == 0) continue;
-    // A room's landmarks are often alike. As far as their widths say so, the near ones tell the radii of the far ones.
-    if (const auto others = as_the_others(measured, i)) {
+    if (const auto others = vision::as_the_others(measured, i)) {
       const double part = variance / (variance + others->variance);
       mean += part * (others->mean - mean);
       variance *= 1 - part;
