@@ -17,8 +17,9 @@ namespace {
 // less than kLeastRadiusShare of the radius.
 constexpr double kWidening_px = 0.3;
 constexpr double kLeastRadiusShare = 0.005;
-// A width's error besides its noise: kWidthError_px for wide landmarks. Light that changes across a landmark cannot be
-// told from a width where blur mixes both sides, below some kThin_px. Both from rendered images of rooms of 8 m.
+// The error of a width besides its noise is kWidthError_px for a wide landmark. It grows below some kThin_px, where
+// blur mixes the light of both sides: light that changes across the landmark then looks like another width. Both values
+// were measured in rendered images of rooms of 8 m.
 constexpr double kWidthError_px = 0.1;
 constexpr double kThin_px = 7;
 

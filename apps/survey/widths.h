@@ -15,8 +15,8 @@ void remove_narrow(std::vector<vision::CalibrationFrame>& frames, const std::vec
 
 /// Measures the radii by the widths of the outlines, and states their sigma. Blur and the brightness beside an outline
 /// widen all outlines of a view by some tenth of a pixel: that is an unknown, too, which near and far landmarks
-/// separate from the radii. What the other landmarks' radii say of one counts as well, by how alike they are: radius
-/// and range of a far landmark can hardly be told apart by its own images.
+/// separate from the radii. A radius also follows those of the other landmarks, as far as these are alike: the images
+/// of a far landmark alone hardly tell its radius from its range (vision/alike_radii.h).
 void measure_radii(const std::vector<vision::CalibrationFrame>& frames, std::vector<Landmark>& landmarks);
 
 }  // namespace twocone::survey

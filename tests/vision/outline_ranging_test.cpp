@@ -236,14 +236,8 @@ TEST(OutlineRanging, ThinLandmarksAreFoundByTheirCoverage) {
 
 /// The image that a camera out of focus takes of that light.
 cv::Mat out_of_focus(const cv::Mat& rgb, double defocus_px) {
-  cv::Mat_<cv::Vec3f> light(rgb.size());
-  for (int row = 0; row < rgb.rows; ++row) {
-    for (int column = 0; column < rgb.cols; ++column) {
-      for (int k = 0; k < 3; ++k) {
-        light(row, column)[k] = light_of_code()[rgb.at<cv::Vec3b>(row, column)[k]];
-      }
-    }
-  }
+  cv::Mat light;
+  cv::LUT(rgb, cv::Mat(light_of_code()), light);
   return image_quality_test::taken(light, {.defocus_px = defocus_px}, 1);
 }
 

@@ -54,31 +54,33 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   OutlineFit fit;
   Eigen::Matrix<double, 6, 6> normal;
 
-  /// How far the outline moves outwards by a unit of range and of bearing, and how far it and the opposite side have
-  /// moved. Range, width and height move both sides outwards, bearing and lean one outwards and the other inwards.
+  /// How far the outline moves outwards by a unit of range, of bearing and of blur, and how far it and the opposite
+  /// side have moved. Range, width and height move both sides outwards, bearing and lean one outwards and the other
+  /// inwards. The straight edge that cuts a pixel into the same areas as a bent one lies inside it by the mean of a
+  /// parabola, which grows with the square of the blur.
   struct Motion {
-    double range_part, bearing_part, out_px, opposite_px;
+    double range_part, bearing_part, blur_part, out_px, opposite_px;
   };
   const auto motion_of = [&](const EdgeSample& s) -> Motion {
     const double range_part = s.by_range_pxpm / range_px;
     const double bearing_part = s.by_bearing_pxprad / bearing_px;
     const double both_px = range_part * unknown[0] + s.by_width_px * unknown[3] + s.by_height_pxpm * unknown[5];
     const double apart_px = bearing_part * unknown[1] + s.by_lean_px * unknown[4];
-    return {range_part, bearing_part, both_px + apart_px, both_px - apart_px};
+    const double blur = unknown[2];
+    const double bend_px = bend_share(rim_px, blur) * s.bend_px;
+    return {range_part, bearing_part, -2 * bend_px * blur, both_px + apart_px - bend_px * (blur * blur - 1),
+            both_px - apart_px};
   };
   struct Model {
     double value, by_out, by_opposite, by_blur;
   };
-  const auto model = [&](const EdgeSample& s, const EdgePixel& p, double out_px, double opposite_px) -> Model {
+  const auto model = [&](const EdgeSample& s, const EdgePixel& p, const Motion& moved) -> Model {
     const double width = unknown[2];
-    // The straight edge that cuts a pixel into the same areas as a bent one lies inside it by the mean of a parabola,
-    // which grows with the square of the blur.
-    const double bend_px = bend_share(rim_px, width) * s.bend_px;
-    const double inside = p.inside_px + out_px - bend_px * (width * width - 1);
+    const double inside = p.inside_px + moved.out_px;
     const Coverage c = coverage(inside, s.wide * width, s.narrow * width);
-    Model m{c.value, c.slope, 0, -c.slope * (inside / width + 2 * bend_px * width)};
+    Model m{c.value, c.slope, 0, c.slope * (moved.blur_part - inside / width)};
     if (s.width_px < 8 * width) {  // the opposite side may cross this pixel too
-      const double far_inside = s.width_px - p.inside_px + opposite_px;
+      const double far_inside = s.width_px - p.inside_px + moved.opposite_px;
       const Coverage far = coverage(far_inside, s.wide * width, s.narrow * width);
       m.value += far.value - 1;
       m.by_opposite = far.slope;
@@ -104,19 +106,20 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
     Eigen::Vector3d doubts_right = -(prior.array() * unknown.tail<3>().array());
     for (const EdgeSample& s : read.edge_samples) {
       if (!s.is_usable) continue;
-      const auto [range_part, bearing_part, out_px, opposite_px] = motion_of(s);
+      const Motion moved = motion_of(s);
       for (int i = s.first; i < s.first + s.count; ++i) {
         const EdgePixel& p = read.pixels[std::size_t(i)];
-        if (s.width_px >= 8 * unknown[2] && std::abs(p.inside_px + out_px) >= (s.wide + s.narrow) / 2 * unknown[2])
+        if (s.width_px >= 8 * unknown[2] &&
+            std::abs(p.inside_px + moved.out_px) >= (s.wide + s.narrow) / 2 * unknown[2])
           continue;
-        const Model m = model(s, p, out_px, opposite_px);
+        const Model m = model(s, p, moved);
         const double variance = variance_of(s, p, m.value);
         const double residual = p.coverage - m.value;
         double weight = 1 / variance;
         const double squared = residual * residual * weight;
         if (squared > kHuber * kHuber) weight *= kHuber / std::sqrt(squared);
-        const double by_range = range_part * (m.by_out + m.by_opposite);
-        const double by_bearing = bearing_part * (m.by_out - m.by_opposite);
+        const double by_range = moved.range_part * (m.by_out + m.by_opposite);
+        const double by_bearing = moved.bearing_part * (m.by_out - m.by_opposite);
         n00 += weight * by_range * by_range;
         n10 += weight * by_bearing * by_range;
         n11 += weight * by_bearing * by_bearing;
@@ -172,12 +175,12 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       previous = before = 0;
       continue;
     }
-    const auto [range_part, bearing_part, out_px, opposite_px] = motion_of(s);
+    const Motion moved = motion_of(s);
     double score = 0;
     double information = 0;
     for (int i = s.first; i < s.first + s.count; ++i) {
       const EdgePixel& p = read.pixels[std::size_t(i)];
-      const Model m = model(s, p, out_px, opposite_px);
+      const Model m = model(s, p, moved);
       if (m.by_out == 0) continue;
       const double inner = std::clamp(m.value, 0.0, 1.0);
       const double residual = p.coverage - m.value;
@@ -188,9 +191,9 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
       const double both = m.by_out + m.by_opposite;
       const double apart = m.by_out - m.by_opposite;
       Unknowns by;
-      by << range_part * both, bearing_part * apart, m.by_blur, s.by_width_px * both, s.by_lean_px * apart,
+      by << moved.range_part * both, moved.bearing_part * apart, m.by_blur, s.by_width_px * both, s.by_lean_px * apart,
           s.by_height_pxpm * both;
-      by_rows += bearing_part * apart * (double(s.row) - near_row) / (sigma * sigma) * by;
+      by_rows += moved.bearing_part * apart * (double(s.row) - near_row) / (sigma * sigma) * by;
       fit.edges.residual += residual * residual;
       fit.edges.grey += grey_variance_of(s, p, inner);
       fit.edges.spread += inner * (1 - inner);
