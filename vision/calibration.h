@@ -122,6 +122,10 @@ struct CalibrationProblem {
   /// The rig and its exposures are held as they are believed, with these errors (of rig and times), which count in all
   /// covariances. Priors of the rig are not used then. Empty: they are estimated.
   std::optional<BeliefErrors> held_rig{};
+  /// The radii are known as shares of the map's size, with Landmark::sigma, as where the widths of images gave them:
+  /// the prior of a radius is in proportion to the distance between its landmark and the one farthest from it. So radii
+  /// do not determine the scale. False: they are known as lengths.
+  bool radii_follow_scale = false;
 };
 
 /// A parameter of the rig before and after the calibration, in the unit that its name states.

@@ -239,6 +239,7 @@ std::optional<Error> refine(const std::vector<Landmark>& measured, const config:
     if (std::isinf(sigma.x_m)) sigma.x_m = sigma.y_m = kPlaceSigma_m;
   }
   problem.first_pose_covariance.reset();
+  problem.radii_follow_scale = false;
   for (std::size_t i = 0; i < problem.frames.size(); ++i) {
     std::optional<Eigen::Vector3d>& start = problem.frames[i].start;
     if (const auto& pose = solution.result.poses[i]) start = *pose;
@@ -289,7 +290,8 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
                                      .priors = settings.priors,
                                      .fit_timing = settings.calibrates,
                                      .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px},
-                                     .first_pose_covariance = kExact * kExact * Eigen::Matrix3d::Identity()};
+                                     .first_pose_covariance = kExact * kExact * Eigen::Matrix3d::Identity(),
+                                     .radii_follow_scale = true};
   if (!settings.calibrates) {
     problem.held_rig = errors_without_landmarks(robot, runs.front().map).vision;
   }

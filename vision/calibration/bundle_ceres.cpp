@@ -29,14 +29,13 @@ void add(ceres::Problem& problem, const Cost& cost, ceres::LossFunction* loss, B
 
 bool has_biases(const BundleSettings& settings) { return settings.systematic_px > 0 && !settings.hold_all; }
 
-/// Adds the priors of biases, px, or of landmarks' shifts, in units of their sigma.
-template <int n>
-void add_centred(std::vector<Eigen::Matrix<double, n, 1>>& numbers, double sigma, ceres::Problem& problem) {
-  const auto cost = [sigma]<typename T>(const T* number, T* residual) {
-    for (int i = 0; i < n; ++i) residual[i] = number[i] / T(sigma);
+/// Adds the priors of the biases, px.
+void add_biases(BundleState& state, double sigma_px, ceres::Problem& problem) {
+  const auto cost = [sigma_px]<typename T>(const T* bias, T* residual) {
+    for (int i = 0; i < 2; ++i) residual[i] = bias[i] / T(sigma_px);
     return true;
   };
-  for (auto& number : numbers) add<n, n>(problem, cost, nullptr, number.data());
+  for (Eigen::Vector2d& bias : state.biases) add<2, 2>(problem, cost, nullptr, bias.data());
 }
 
 void add_wheels(const BundleData& data, const BundleSettings& settings, BundleState& state, ceres::Problem& problem) {
@@ -130,19 +129,45 @@ void add_first_pose(const BundleData& data, BundleState& state, ceres::Problem& 
   add<3, 3>(problem, cost, nullptr, state.poses.front().data());
 }
 
+/// Computes the distance between two landmarks, m. @param from_shift,to_shift those of their numbers, in their sigmas
+template <typename T>
+T distance(const Landmark& from, const Landmark& to, const T* from_shift, const T* to_shift) {
+  const T dx = to.x_m + to.sigma.x_m * to_shift[kPlaceX] - (from.x_m + from.sigma.x_m * from_shift[kPlaceX]);
+  const T dy = to.y_m + to.sigma.y_m * to_shift[kPlaceY] - (from.y_m + from.sigma.y_m * from_shift[kPlaceY]);
+  return sqrt(dx * dx + dy * dy);
+}
+
 void add_distances(const BundleData& data, BundleState& state, ceres::Problem& problem) {
   for (const BundleData::DistanceRow& row : data.distances) {
     const auto cost = [&row]<typename T>(const T* from, const T* to, T* residual) {
-      const auto place = [](const Landmark& l, const T* shift, int axis) {
-        return axis == 0 ? l.x_m + l.sigma.x_m * shift[kPlaceX] : l.y_m + l.sigma.y_m * shift[kPlaceY];
-      };
-      const T dx = place(row.to, to, 0) - place(row.from, from, 0);
-      const T dy = place(row.to, to, 1) - place(row.from, from, 1);
-      residual[0] = (sqrt(dx * dx + dy * dy) - T(row.measured.distance_m)) / T(row.measured.sigma_m);
+      residual[0] = (distance(row.from, row.to, from, to) - T(row.measured.distance_m)) / T(row.measured.sigma_m);
       return true;
     };
     add<1, kLandmarkNumbers, kLandmarkNumbers>(problem, cost, nullptr, state.landmarks[row.measured.from].data(),
                                                state.landmarks[row.measured.to].data());
+  }
+}
+
+/// Adds the priors of the landmarks' shifts.
+void add_landmarks(const BundleData& data, BundleState& state, ceres::Problem& problem) {
+  for (std::size_t i = 0; i < state.landmarks.size(); ++i) {
+    const auto centred = []<typename T>(const T* shift, T* residual) {
+      std::copy_n(shift, int(kLandmarkNumbers), residual);
+      return true;
+    };
+    const auto& scale = data.radius_scales[i];
+    if (!scale) {
+      add<kLandmarkNumbers, kLandmarkNumbers>(problem, centred, nullptr, state.landmarks[i].data());
+      continue;
+    }
+    const auto scaled = [&row = *scale, centred]<typename T>(const T* shift, const T* other, T* residual) {
+      centred(shift, residual);
+      const T longer = distance(row.from, row.to, shift, other) / T(row.measured.distance_m) - T(1);
+      residual[kRadius] -= longer * T(row.from.radius_m / row.from.sigma.radius_m);
+      return true;
+    };
+    add<kLandmarkNumbers, kLandmarkNumbers, kLandmarkNumbers>(problem, scaled, nullptr, state.landmarks[i].data(),
+                                                              state.landmarks[scale->measured.to].data());
   }
 }
 
@@ -160,8 +185,8 @@ void build(const BundleData& data, const BundleSettings& settings, BundleState& 
   for (Eigen::Vector3d& pose : state.poses) problem.AddParameterBlock(pose.data(), 3);
   add_first_pose(data, state, problem);
   add_sightings(data, settings, state, problem);
-  if (has_biases(settings)) add_centred(state.biases, settings.systematic_px, problem);
-  add_centred(state.landmarks, 1, problem);
+  if (has_biases(settings)) add_biases(state, settings.systematic_px, problem);
+  add_landmarks(data, state, problem);
   if (settings.hold_all || !data.moves_landmarks) {
     for (LandmarkVector& shift : state.landmarks) problem.SetParameterBlockConstant(shift.data());
   }

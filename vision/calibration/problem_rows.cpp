@@ -166,6 +166,16 @@ std::vector<WheelRow> wheel_rows(const std::vector<CalibrationFrame>& frames, co
   return rows;
 }
 
+/// Returns the distance from a landmark to the one farthest from it; empty where there is none, or no uncertain radius.
+std::optional<BundleData::DistanceRow> radius_scale(std::size_t landmark, const std::vector<Landmark>& landmarks) {
+  const Landmark& of = landmarks[landmark];
+  const auto distance_m = [&of](const Landmark& other) { return (place_m(other) - place_m(of)).norm(); };
+  const auto farthest = std::ranges::max_element(landmarks, {}, distance_m);
+  if (of.sigma.radius_m == 0 || distance_m(*farthest) == 0) return std::nullopt;
+  const auto to = std::size_t(farthest - landmarks.begin());
+  return BundleData::DistanceRow{{.from = landmark, .to = to, .distance_m = distance_m(*farthest)}, of, *farthest};
+}
+
 }  // namespace
 
 double mean_slip_variance(double x) {
@@ -302,6 +312,9 @@ Bundle bundle_of(const CalibrationProblem& problem) {
   }
   for (const MeasuredDistance& d : problem.distances) {
     bundle.data.distances.push_back({d, problem.landmarks[d.from], problem.landmarks[d.to]});
+  }
+  for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
+    bundle.data.radius_scales.push_back(problem.radii_follow_scale ? radius_scale(i, problem.landmarks) : std::nullopt);
   }
   bundle.start.slips.assign(bundle.data.wheels.size(), Eigen::Vector2d::Zero());
   if (problem.lower_rim) bundle.data.rims.push_back({Side::kLower, *problem.lower_rim});
