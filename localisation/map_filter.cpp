@@ -184,6 +184,16 @@ void MapFilter::update_radius(std::size_t landmark, double radius_m, double sigm
   state_[kHeading] = wrap_angle_rad(state_[kHeading]);
 }
 
+void MapFilter::forget_place(std::size_t landmark) {
+  const Eigen::Index i = at(landmark);
+  auto shared = by_shared_.middleRows<3>(i);
+  const Eigen::Matrix3d known = own_.block<3, 3>(i, i) + shared * shared.transpose();
+  shared.setZero();
+  own_.middleRows<3>(i).setZero();
+  own_.middleCols<3>(i).setZero();
+  own_.block<3, 3>(i, i) = kForgotten * kForgotten * known;
+}
+
 bool MapFilter::is_apart(const vision::RoughLandmark& thing) const {
   const Pose pose = estimated();
   const Eigen::Vector2d place_m =

@@ -137,6 +137,23 @@ TEST(SurveyBundle, TheFirstPoseDefinesTheWorld) {
   EXPECT_LT((more - 1e-4 * Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 1e-7);
 }
 
+/// The distance between two landmarks of a survey over the true one.
+struct Scale {
+  double value = 0;
+  double sigma = 0;
+};
+
+Scale scale_of(const CalibrationResult& result, const std::vector<Landmark>& truth) {
+  const Eigen::Vector2d between_m = place_m(truth[0]) - place_m(truth[3]);
+  const Eigen::Index a = kRigNumbers;
+  const Eigen::Index b = kRigNumbers + 3 * kLandmarkNumbers;
+  const auto& c = result.belief_covariance;
+  const Eigen::Matrix2d apart = c.block<2, 2>(a, a) + c.block<2, 2>(b, b) - c.block<2, 2>(a, b) - c.block<2, 2>(b, a);
+  const Eigen::Vector2d along = between_m.normalized();
+  return {(place_m(result.landmarks[0]) - place_m(result.landmarks[3])).norm() / between_m.norm(),
+          std::sqrt(along.dot(apart * along)) / between_m.norm()};
+}
+
 // Catches a distance that is not used, or used with another weight: without the sizes of the mirrors, nothing else
 // fixes the scale as well.
 TEST(SurveyBundle, AMeasuredDistanceFixesTheScale) {
@@ -146,28 +163,47 @@ TEST(SurveyBundle, AMeasuredDistanceFixesTheScale) {
   world.rig.upper = MirrorView(upper);
   CalibrationProblem problem = survey_of(world);
   problem.priors.mirror_separation_m = 0.003;
-  const auto scale = [&](const CalibrationResult& result) {
-    return (place_m(result.landmarks[0]) - place_m(result.landmarks[3])).norm() /
-           (place_m(world.landmarks[0]) - place_m(world.landmarks[3])).norm();
-  };
-  const auto sigma = [&](const CalibrationResult& result) {
-    const Eigen::Vector2d along = (place_m(world.landmarks[0]) - place_m(world.landmarks[3])).normalized();
-    const Eigen::Index a = kRigNumbers;
-    const Eigen::Index b = kRigNumbers + 3 * kLandmarkNumbers;
-    const auto& c = result.belief_covariance;
-    const Eigen::Matrix2d apart = c.block<2, 2>(a, a) + c.block<2, 2>(b, b) - c.block<2, 2>(a, b) - c.block<2, 2>(b, a);
-    return std::sqrt(along.dot(apart * along)) / (place_m(world.landmarks[0]) - place_m(world.landmarks[3])).norm();
-  };
   const CalibrationResult without = calibrate(problem);
   ASSERT_EQ(without.verdict, CalibrationVerdict::kOk);
-  EXPECT_GT(sigma(without), 0.004);
-  EXPECT_LT(std::abs(scale(without) - 1), 3 * sigma(without));
+  EXPECT_GT(scale_of(without, world.landmarks).sigma, 0.004);
+  EXPECT_LT(std::abs(scale_of(without, world.landmarks).value - 1), 3 * scale_of(without, world.landmarks).sigma);
   const double distance_m = (place_m(world.landmarks[1]) - place_m(world.landmarks[4])).norm();
   problem.distances = {{1, 4, distance_m + 0.001, 0.002}};
   const CalibrationResult with = calibrate(problem);
   ASSERT_EQ(with.verdict, CalibrationVerdict::kOk);
-  EXPECT_LT(sigma(with), 0.0015);
-  EXPECT_LT(std::abs(scale(with) - 1), 3 * sigma(with));
+  EXPECT_LT(scale_of(with, world.landmarks).sigma, 0.0015);
+  EXPECT_LT(std::abs(scale_of(with, world.landmarks).value - 1), 3 * scale_of(with, world.landmarks).sigma);
+}
+
+// Widths of images tell radii as shares of the map. Here the believed map is 5 % too small, its radii too, and a tape
+// measure tells the scale. Radii that are taken for lengths stay 5 % too small.
+TEST(SurveyBundle, RadiiFollowTheScaleWhereTheyAreSharesOfTheMap) {
+  const DriveSettings world;
+  const double small = 0.95;
+  MirrorViewSettings upper = lab_view(0.55);
+  upper.lens_height_m -= (1 - small) * lab_rig().mirror_separation_m();
+  CalibrationProblem problem = survey_of(world, {MirrorView(lab_view(0.25)), MirrorView(upper)});
+  problem.priors.mirror_separation_m = 0.03;
+  const Eigen::Vector2d start = pose_on_loop(0).head<2>();
+  for (Landmark& l : problem.landmarks) {
+    const Eigen::Vector2d place = start + small * (place_m(l) - start);
+    l.x_m = place.x();
+    l.y_m = place.y();
+    l.radius_m *= small;
+    l.sigma.radius_m = 0.002 * l.radius_m;
+  }
+  problem.distances = {{1, 4, (place_m(world.landmarks[1]) - place_m(world.landmarks[4])).norm(), 0.001}};
+  const CalibrationResult lengths = calibrate(problem);
+  problem.radii_follow_scale = true;
+  const CalibrationResult shares = calibrate(problem);
+  ASSERT_EQ(lengths.verdict, CalibrationVerdict::kOk);
+  ASSERT_EQ(shares.verdict, CalibrationVerdict::kOk);
+  EXPECT_NEAR(scale_of(shares, world.landmarks).value, 1, 0.002);
+  for (std::size_t i = 0; i < world.landmarks.size(); ++i) {
+    const double true_m = world.landmarks[i].radius_m;
+    EXPECT_NEAR(lengths.landmarks[i].radius_m, small * true_m, 0.01 * true_m) << i;
+    EXPECT_NEAR(shares.landmarks[i].radius_m, true_m, 0.01 * true_m) << i;
+  }
 }
 
 TEST(SurveyBundle, RefusesDistancesOutsideTheirDomain) {
