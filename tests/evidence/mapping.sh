@@ -48,7 +48,7 @@ for odd in 0 1; do
   robots=$(own_values mean_mm | wc -l)
   row "robots as built, $(model_of "$odd"), $robots of them, 30 s: landmarks" "$(own_values found | sum) of $(own_values landmarks | sum), $(own_values more | sum) more" \
     "each once, and no other" "$(holds "$robots > 0 && $(own_values found | sum) == $(own_values landmarks | sum) && $(own_values more | sum) == 0")"
-  row "the same: error of the track in the second half, laid over the truth by the similarity of the landmarks, over that on the true map with the same images, median and worst robot" \
+  row "the same: error of the track in the second half, laid over the truth by the similarity of the landmarks (weighted by their variances), over that on the true map with the same images, median and worst robot" \
     "$(own_values laid_ratio | median), $(own_values laid_ratio | tail -n 1)" "at most 2" \
     "$(holds "\"$(own_values laid_ratio | median)\" ~ /[0-9]/ && $(own_values laid_ratio | tail -n 1) + 0 <= 2")"
   row "the same: that error, median robot: own map, laid over the truth; own map, in the world of the start pose; true map" \

@@ -31,11 +31,12 @@ import time
 from first_day import frames, landmarks, squared_sigmas
 
 
-def motion(here, there, is_rigid=False):
+def motion(here, there, is_rigid=False, weights=None):
     """Returns (turn, shift) of least squares: there = turn * here + shift."""
-    mean_here, mean_there = sum(here) / len(here), sum(there) / len(there)
-    turn = sum((p - mean_here).conjugate() * (q - mean_there) for p, q in zip(here, there))
-    turn /= abs(turn) if is_rigid else sum(abs(p - mean_here) ** 2 for p in here)
+    weights = weights or [1] * len(here)
+    mean_here, mean_there = (sum(w * p for w, p in zip(weights, places)) / sum(weights) for places in (here, there))
+    turn = sum(w * (p - mean_here).conjugate() * (q - mean_there) for w, p, q in zip(weights, here, there))
+    turn /= abs(turn) if is_rigid else sum(w * abs(p - mean_here) ** 2 for w, p in zip(weights, here))
     return turn, mean_there - turn * mean_here
 
 
@@ -154,7 +155,7 @@ def track(run, map_file, localised=None):
     places = landmarks(map_file)
     last = table(f"{run}/landmarks.csv")
     last = [row for row in last if row["frame"] == last[-1]["frame"]]
-    pairs, errors, of_places = [], [], []
+    pairs, weights, errors, of_places = [], [], [], []
     for row in last:
         place = complex(float(row["x_m"]), float(row["y_m"]))
         name = nearest(places, place)
@@ -162,6 +163,7 @@ def track(run, map_file, localised=None):
         errors.append(1000 * abs(error))
         if abs(error) < 0.3:
             pairs.append((place, name))
+            weights.append(1 / (float(row["var_x_m2"]) + float(row["var_y_m2"])))
             of_places.append(squared_sigmas(error, row))
     found = {name for _, name in pairs}
     print("mean_mm", round(statistics.mean(off), 2))
@@ -177,7 +179,8 @@ def track(run, map_file, localised=None):
     if localised:
         half = len(rows) // 2
         on_true, _ = of_track(table(f"{localised}/track.csv")[half:], truth)
-        laid, _ = of_track(rows[half:], truth, *motion([place for place, _ in pairs], [places[name] for _, name in pairs]))
+        similarity = motion([place for place, _ in pairs], [places[name] for _, name in pairs], weights=weights)
+        laid, _ = of_track(rows[half:], truth, *similarity)
         print("half_mm", round(statistics.mean(off[half:]), 2))
         print("laid_mm", round(statistics.mean(laid), 2))
         print("true_mm", round(statistics.mean(on_true), 2))
