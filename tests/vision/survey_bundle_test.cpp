@@ -176,7 +176,7 @@ TEST(SurveyBundle, AMeasuredDistanceFixesTheScale) {
 }
 
 // Widths of images tell radii as shares of the map. Here the believed map is 5 % too small, its radii too, and a tape
-// measure tells the scale. Radii that are taken for lengths stay 5 % too small.
+// measure gives the scale. Radii that count as lengths stay 5 % too small.
 TEST(SurveyBundle, RadiiFollowTheScaleWhereTheyAreSharesOfTheMap) {
   const DriveSettings world;
   const double small = 0.95;
