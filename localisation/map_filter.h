@@ -61,9 +61,10 @@ class MapFilter {
   /// Updates a landmark by a radius that was measured otherwise. @param radius_m > 0 @param sigma_m > 0
   void update_radius(std::size_t landmark, double radius_m, double sigma_m);
 
-  /// Forgets where a landmark is: its place and top become independent of all else, with kForgotten times their
-  /// standard deviations. What observes it next then places it, and does not move the pose.
-  void forget_place(std::size_t landmark);
+  /// Forgets a landmark's numbers: they become independent of all else, place and top with kForgotten times their
+  /// standard deviations, the radius as after an area. What observes it next then places it, and does not move the
+  /// pose.
+  void forget(std::size_t landmark);
 
   /// Removes the landmark with that index; those behind it move up.
   void remove(std::size_t landmark);

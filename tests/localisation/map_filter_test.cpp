@@ -262,7 +262,7 @@ TEST(MapFilter, ForgetsALandmarkThatIsRemoved) {
 }
 
 // What is then seen of it elsewhere moves the landmark and not the pose.
-TEST(MapFilter, APlaceThatIsForgottenDoesNotHoldThePose) {
+TEST(MapFilter, ALandmarkThatIsForgottenDoesNotHoldThePose) {
   struct Moved {
     double pose_m, landmark_m;
   };
@@ -279,7 +279,7 @@ TEST(MapFilter, APlaceThatIsForgottenDoesNotHoldThePose) {
     seen->x_m += 0.01;
     const std::size_t hue = tour.filter.landmark(index).hue;
     const Eigen::Vector2d was = tour.filter.landmark(index).numbers.head<2>();
-    if (forgets) tour.filter.forget_place(index);
+    if (forgets) tour.filter.forget(index);
     auto things = things_from(tour.truth, {*seen}, vision::lab_rig(), random);
     things.front().hue = hue;
     for (vision::Sighting& view : things.front().views) view.covariance_px2 /= 9;
