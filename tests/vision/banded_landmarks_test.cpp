@@ -259,6 +259,33 @@ TEST(BandedLandmark, SigmasHoldTheTruthWhereTheLineIsNotWhereTheMapHasItOverSeed
   EXPECT_GT(chi_squared / answers, 0.2);
 }
 
+// As in a survey. The doubt of range and height cancels in the pixel, and rounding must not leave its covariance such
+// that nothing takes it.
+TEST(BandedLandmark, AreRangedHoweverLittleIsKnownOfTheirHeight) {
+  std::mt19937_64 random(3);
+  for (const double top_sigma_m : {0.03, 1.0, 30.0, 1000.0}) {
+    const auto landmarks = around(random, 6);
+    BeliefErrors errors;
+    errors.rig = BySharedErrors<kRigNumbers>::Zero(kRigNumbers, 6);
+    for (std::size_t k = 0; k < landmarks.size(); ++k) {
+      errors.landmarks.emplace_back(BySharedErrors<kLandmarkNumbers>::Zero(kLandmarkNumbers, 6));
+      errors.landmarks.back()(kTop, Eigen::Index(k)) = top_sigma_m;
+    }
+    const auto pair = take(bare_lab(), scene_of(landmarks), {.noise_grey_levels = 2}, 1);
+    const OutlineRanging ranging(lab_rig(), landmarks, kImage, kImage, {}, errors);
+    const auto measured = ranging.measure(pair.lower, pair.upper);
+    for (const RangeMeasurement& m : measured) {
+      for (const auto* sighting : {&m.lower_sighting, &m.upper_sighting}) {
+        if (!*sighting) continue;
+        const Eigen::Matrix2d& covariance = (*sighting)->covariance_px2;
+        EXPECT_EQ(covariance(0, 1), covariance(1, 0)) << top_sigma_m;
+        EXPECT_GT(covariance.determinant(), 0) << top_sigma_m;
+      }
+    }
+    EXPECT_GE(std::ranges::count_if(measured, [](const RangeMeasurement& m) { return m.range_m.has_value(); }), 5);
+  }
+}
+
 TEST(BandedLandmark, WhatHidesAPartIsNeverQuietlyWrong) {
   const Landmark landmark = banded(33, place(2, 0.3));
   int answers = 0;

@@ -204,7 +204,9 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   Sighting sighting;
   sighting.pixel_px = near.pixel_px + by_place * Eigen::Vector3d(fit.step.x(), fit.step.y(), fit.height_step_m);
   // Where range and height are in doubt together, the pixel that shows their line is known better than either.
-  sighting.covariance_px2 = by_place * covariance * by_place.transpose();
+  const Eigen::Matrix2d of_pixel = by_place * covariance * by_place.transpose();
+  // Rounding of what cancels leaves the product not quite symmetric.
+  sighting.covariance_px2 = (of_pixel + of_pixel.transpose()) / 2;
   const double information = fit.arc_scores.expected / arc_scatter + fit.side_scores.expected / side_scatter;
   sighting.edge_noise_px = std::sqrt(fit.length_px / information);
   sighting.exposed_row = fit.exposed_row;
