@@ -92,7 +92,7 @@ def sigma_of_scale(covariance, places):
 
 def tops(file):
     """Returns the heights of the tops of a map's landmarks, by name."""
-    return {found[1]: float(found[2]) for found in re.finditer(r"name: (\S+), .*? top_m: ([^,}]+)", open(file).read())}
+    return {found[1]: float(found[2]) for found in re.finditer(r"name: (\S+), .*? (?:top|line)_m: ([^,}]+)", open(file).read())}
 
 
 def pairs_of(folder):
