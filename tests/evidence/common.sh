@@ -92,7 +92,7 @@ page() { # page TITLE
     echo "| sources | ${measured[*]} |"
     echo "| their state | $state |"
     echo "| date | $(date -u +%Y-%m-%d) |"
-    echo "| machine | $(nproc) cores, $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(awk '/MemTotal/ { printf "%.0f GiB", $2 / 1048576 }' /proc/meminfo), $(. /etc/os-release && echo "$PRETTY_NAME") |"
+    echo "| machine | $(nproc --all) cores, $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(awk '/MemTotal/ { printf "%.0f GiB", $2 / 1048576 }' /proc/meminfo), $(. /etc/os-release && echo "$PRETTY_NAME") |"
     echo "| program | $($twocone --version) |"
     echo
     echo "| what | figure | target | met |"
