@@ -184,17 +184,6 @@ void MapFilter::update_radius(std::size_t landmark, double radius_m, double sigm
   state_[kHeading] = wrap_angle_rad(state_[kHeading]);
 }
 
-void MapFilter::forget(std::size_t landmark) {
-  const Eigen::Index i = at(landmark);
-  auto shared = by_shared_.middleRows<4>(i);
-  const Eigen::Matrix3d place = (own_.block<4, 4>(i, i) + shared * shared.transpose()).topLeftCorner<3, 3>();
-  shared.setZero();
-  own_.middleRows<4>(i).setZero();
-  own_.middleCols<4>(i).setZero();
-  own_.block<3, 3>(i, i) = kForgotten * kForgotten * place;
-  own_(i + vision::kRadius, i + vision::kRadius) = kAreaRadiusShare * kAreaRadiusShare;
-}
-
 bool MapFilter::is_apart(const vision::RoughLandmark& thing) const {
   const Pose pose = estimated();
   const Eigen::Vector2d place_m =

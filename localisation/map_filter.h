@@ -43,7 +43,6 @@ class MapFilter {
   static constexpr double kGate = 1e-5;
   static constexpr double kApart_m = 0.4;
   static constexpr double kApartSigmas = 4;
-  static constexpr double kForgotten = 10;
 
   /// @param errors of the rig and of its exposure times @param wheels_by_shared as for PoseFilter; the same columns
   /// @param noise >= 0 each, time and angle > 0
@@ -60,11 +59,6 @@ class MapFilter {
 
   /// Updates a landmark by a radius that was measured otherwise. @param radius_m > 0 @param sigma_m > 0
   void update_radius(std::size_t landmark, double radius_m, double sigma_m);
-
-  /// Forgets a landmark's numbers: they become independent of all else, place and top with kForgotten times their
-  /// standard deviations, the radius as after an area. What observes it next then places it, and does not move the
-  /// pose.
-  void forget(std::size_t landmark);
 
   /// Removes the landmark with that index; those behind it move up.
   void remove(std::size_t landmark);

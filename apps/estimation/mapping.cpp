@@ -246,12 +246,6 @@ std::vector<vision::RoughLandmark> Mapping::measured(const cv::Mat& lower, const
       seen.pixel_px = vision::pixel_at_frame(of_view(rig_, side), seen.pixel_px, there, motion->twist, late_s);
     }
     things.push_back(thing);
-    if (!follow.is_outlined && known.first_frame <= kStart && thing.is_shown[0] && thing.is_shown[1]) {
-      // A rough place has an error that its frames share. At the start, the outlines that contradict it would move the
-      // pose, which nothing else holds.
-      filter_.forget(ranged_[k]);
-      follow.is_outlined = true;
-    }
   }
   return things;
 }

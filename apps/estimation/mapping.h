@@ -117,7 +117,6 @@ class Mapping {
     bool is_there = false;         ///< something of its hue is where it is expected, in this frame
     std::size_t contradicted = 0;  ///< frames in which it was so, but it was not seen itself
     bool is_compared = false;      ///< its radius, with those of the others
-    bool is_outlined = false;      ///< outlines have placed it
   };
   std::vector<Follow> follows_;         ///< of the filter's landmarks
   std::map<std::string, int> numbers_;  ///< how many landmarks had a hue's name

@@ -261,40 +261,6 @@ TEST(MapFilter, ForgetsALandmarkThatIsRemoved) {
   EXPECT_THROW((void)tour.filter.landmark(15), std::out_of_range);
 }
 
-// What is then seen of it elsewhere moves the landmark and not the pose.
-TEST(MapFilter, ALandmarkThatIsForgottenDoesNotHoldThePose) {
-  struct Moved {
-    double pose_m, landmark_m;
-  };
-  const auto moved = [](bool forgets) -> Moved {
-    Tour tour = drive_round(5, vision::lab_rig(), {});
-    const Pose before = tour.filter.pose().pose;
-    std::mt19937_64 random(5);
-    // The landmark that is seen, 10 mm from where it was.
-    std::vector<Landmark> elsewhere = ring();
-    const auto apart = [&](const Landmark& l) { return std::abs(in_body(before, vision::place_m(l)).norm() - 2); };
-    const auto seen = std::ranges::min_element(elsewhere, {}, apart);
-    std::size_t index = 0;
-    while ((tour.filter.landmark(index).numbers.head<2>() - vision::place_m(*seen)).norm() > 0.1) ++index;
-    seen->x_m += 0.01;
-    const std::size_t hue = tour.filter.landmark(index).hue;
-    const Eigen::Vector2d was = tour.filter.landmark(index).numbers.head<2>();
-    if (forgets) tour.filter.forget(index);
-    auto things = things_from(tour.truth, {*seen}, vision::lab_rig(), random);
-    things.front().hue = hue;
-    for (vision::Sighting& view : things.front().views) view.covariance_px2 /= 9;
-    EXPECT_EQ(tour.filter.observe(things).front(), index);
-    const Pose after = tour.filter.pose().pose;
-    return {std::hypot(after.x_m - before.x_m, after.y_m - before.y_m),
-            (tour.filter.landmark(index).numbers.head<2>() - was).norm()};
-  };
-  const Moved kept = moved(false);
-  const Moved forgotten = moved(true);
-  EXPECT_GT(kept.pose_m, 0.002);
-  EXPECT_LT(forgotten.pose_m, 0.05 * kept.pose_m);
-  EXPECT_GT(forgotten.landmark_m, kept.landmark_m);
-}
-
 // A thing that is neither a known landmark nor far enough from it to be another one is left out.
 TEST(MapFilter, LeavesOutWhatMayBeEither) {
   std::mt19937_64 random(1);
