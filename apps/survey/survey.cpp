@@ -291,7 +291,7 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
                                      .fit_timing = settings.calibrates,
                                      .height_px = {robot.lower.settings.height_px, robot.upper.settings.height_px},
                                      .first_pose_covariance = kExact * kExact * Eigen::Matrix3d::Identity(),
-                                     // A map by bearings has little else that holds its scale.
+                                     // Radii hold the scale of a map by bearings, since little else does.
                                      .radii_follow_scale = !start.by_hue};
   if (!settings.calibrates) {
     problem.held_rig = errors_without_landmarks(robot, runs.front().map).vision;

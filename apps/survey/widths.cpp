@@ -17,9 +17,9 @@ namespace {
 // less than kLeastRadiusShare of the radius.
 constexpr double kWidening_px = 0.3;
 constexpr double kLeastRadiusShare = 0.005;
-// The error of a width besides its noise is kWidthError_px for a wide landmark. It grows below some kThin_px, where
-// blur mixes the light of both sides: light that changes across the landmark then looks like another width. Both values
-// were measured in rendered images of rooms of 8 m.
+// A width has an error besides its noise. For a wide landmark it is kWidthError_px. For one that is narrower than about
+// kThin_px it is larger: blur mixes the light of both edges there, so that light which changes across the landmark
+// looks like another width. Both values were measured in rendered images of rooms of 8 m.
 constexpr double kWidthError_px = 0.1;
 constexpr double kThin_px = 7;
 

@@ -121,8 +121,8 @@ struct BundleData {
     Landmark from, to;
   };
   std::vector<DistanceRow> distances{};
-  /// The distance to which the prior of a landmark's radius is in proportion (measured.sigma_m is not used), for each
-  /// landmark; empty: its radius is known as a length.
+  /// For each landmark the distance to which the prior of its radius is in proportion; its sigma is the radius's, in
+  /// that proportion. Empty: the radius is known as a length.
   std::vector<std::optional<DistanceRow>> radius_scales{};
 };
 

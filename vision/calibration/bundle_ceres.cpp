@@ -129,18 +129,21 @@ void add_first_pose(const BundleData& data, BundleState& state, ceres::Problem& 
   add<3, 3>(problem, cost, nullptr, state.poses.front().data());
 }
 
-/// Computes the distance between two landmarks, m. @param from_shift,to_shift those of their numbers, in their sigmas
+/// Returns the distance between two landmarks minus the measured one, in its sigmas. @param from,to their shifts
 template <typename T>
-T distance(const Landmark& from, const Landmark& to, const T* from_shift, const T* to_shift) {
-  const T dx = to.x_m + to.sigma.x_m * to_shift[kPlaceX] - (from.x_m + from.sigma.x_m * from_shift[kPlaceX]);
-  const T dy = to.y_m + to.sigma.y_m * to_shift[kPlaceY] - (from.y_m + from.sigma.y_m * from_shift[kPlaceY]);
-  return sqrt(dx * dx + dy * dy);
+T distance_residual(const BundleData::DistanceRow& row, const T* from, const T* to) {
+  const auto place = [](const Landmark& l, const T* shift, int axis) {
+    return axis == 0 ? l.x_m + l.sigma.x_m * shift[kPlaceX] : l.y_m + l.sigma.y_m * shift[kPlaceY];
+  };
+  const T dx = place(row.to, to, 0) - place(row.from, from, 0);
+  const T dy = place(row.to, to, 1) - place(row.from, from, 1);
+  return (sqrt(dx * dx + dy * dy) - T(row.measured.distance_m)) / T(row.measured.sigma_m);
 }
 
 void add_distances(const BundleData& data, BundleState& state, ceres::Problem& problem) {
   for (const BundleData::DistanceRow& row : data.distances) {
     const auto cost = [&row]<typename T>(const T* from, const T* to, T* residual) {
-      residual[0] = (distance(row.from, row.to, from, to) - T(row.measured.distance_m)) / T(row.measured.sigma_m);
+      residual[0] = distance_residual(row, from, to);
       return true;
     };
     add<1, kLandmarkNumbers, kLandmarkNumbers>(problem, cost, nullptr, state.landmarks[row.measured.from].data(),
@@ -162,8 +165,7 @@ void add_landmarks(const BundleData& data, BundleState& state, ceres::Problem& p
     }
     const auto scaled = [&row = *scale, centred]<typename T>(const T* shift, const T* other, T* residual) {
       centred(shift, residual);
-      const T longer = distance(row.from, row.to, shift, other) / T(row.measured.distance_m) - T(1);
-      residual[kRadius] -= longer * T(row.from.radius_m / row.from.sigma.radius_m);
+      residual[kRadius] -= distance_residual(row, shift, other);
       return true;
     };
     add<kLandmarkNumbers, kLandmarkNumbers, kLandmarkNumbers>(problem, scaled, nullptr, state.landmarks[i].data(),

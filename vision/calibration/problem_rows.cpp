@@ -171,9 +171,10 @@ std::optional<BundleData::DistanceRow> radius_scale(std::size_t landmark, const 
   const Landmark& of = landmarks[landmark];
   const auto distance_m = [&of](const Landmark& other) { return (place_m(other) - place_m(of)).norm(); };
   const auto farthest = std::ranges::max_element(landmarks, {}, distance_m);
-  if (of.sigma.radius_m == 0 || distance_m(*farthest) == 0) return std::nullopt;
+  const double sigma_m = of.sigma.radius_m / of.radius_m * distance_m(*farthest);
+  if (sigma_m == 0) return std::nullopt;
   const auto to = std::size_t(farthest - landmarks.begin());
-  return BundleData::DistanceRow{{.from = landmark, .to = to, .distance_m = distance_m(*farthest)}, of, *farthest};
+  return BundleData::DistanceRow{{landmark, to, distance_m(*farthest), sigma_m}, of, *farthest};
 }
 
 }  // namespace
