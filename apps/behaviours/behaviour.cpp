@@ -51,6 +51,18 @@ double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
 
 Motion Still::decide(const localisation::Pose& /*believed*/, double /*step_s*/) { return {}; }
 
+Manual::Manual(const Body& body, std::function<Shares()> requested) : body_(body), requested_(std::move(requested)) {}
+
+Motion Manual::decide(const localisation::Pose& /*believed*/, double /*step_s*/) {
+  const auto limited = [](double share) { return std::isnan(share) ? 0.0 : std::clamp(share, -1.0, 1.0); };
+  const Shares requested = requested_();
+  const double speed = limited(requested.speed);
+  const double turn = limited(requested.turn) * Wander::kTurning;
+  const double fastest_wheel = std::max(1.0, std::abs(speed) + std::abs(turn));
+  return {speed / fastest_wheel * body_.max_speed_mps,
+          turn / fastest_wheel * 2 * body_.max_speed_mps / body_.wheel_separation_m};
+}
+
 Wander::Wander(const Body& body, Arena arena, std::uint64_t seed)
     : body_(body), arena_(std::move(arena)), discs_of_map_(arena_.discs.size()), random_(seed) {}
 

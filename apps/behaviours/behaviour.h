@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <random>
 #include <vector>
 
@@ -53,6 +54,29 @@ struct Body {
 class Still final : public Behaviour {
  public:
   Motion decide(const localisation::Pose& believed, double step_s) override;
+};
+
+/// A motion as shares of the greatest speed and of the greatest turn rate, -1 to 1.
+struct Shares {
+  double speed = 0;  ///< forward
+  double turn = 0;   ///< counter-clockwise
+
+  friend bool operator==(const Shares&, const Shares&) = default;
+};
+
+/// Drives as somebody requests, frame by frame. It avoids nothing.
+class Manual final : public Behaviour {
+ public:
+  /// @param requested returns the present request; values beyond -1 and 1 count as these, and those that are no numbers
+  /// as rest
+  Manual(const Body& body, std::function<Shares()> requested);
+  /// Returns the requested motion. Where it would need a wheel faster than its top speed, both shares become smaller,
+  /// so that the way stays the same.
+  Motion decide(const localisation::Pose& believed, double step_s) override;
+
+ private:
+  Body body_;
+  std::function<Shares()> requested_;
 };
 
 /// Wanders randomly as in section 3.1.2 of the paper. The robot drives forward until, according to the map, a wall or

@@ -51,6 +51,7 @@ struct RunInfo {
   bool truth = false;      ///< RunOptions::truth
   bool real_time = false;  ///< RunOptions::real_time
   bool maps = false;       ///< RunOptions::maps
+  bool telemetry = false;  ///< RunOptions::telemetry
   /// What rendered the images: "native", "native unchecked" (it was not compared with POV-Ray) or "povray". Empty: on
   /// hardware, in a served world, and before the first image.
   std::string renderer{};

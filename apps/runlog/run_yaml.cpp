@@ -144,6 +144,7 @@ void write_run_yaml(const fs::path& folder, const RunInfo& info, const config::R
   if (info.truth) put("truth", true);
   if (info.real_time) put("real_time", true);
   if (info.maps) put("landmarks", "none");
+  if (info.telemetry) put("telemetry", true);
   if (!info.renderer.empty()) put("renderer", info.renderer);
   if (!info.scene_files.empty()) {
     out << YAML::Key << "scene_files" << YAML::Value << YAML::BeginMap;
@@ -230,6 +231,7 @@ RunYaml read_run_yaml(const fs::path& folder) {
   if (node["renderer"]) run.info.renderer = field<std::string>(node, "renderer", file);
   if (node["truth"]) run.info.truth = field<bool>(node, "truth", file);
   run.info.maps = bool(node["landmarks"]);
+  if (node["telemetry"]) run.info.telemetry = field<bool>(node, "telemetry", file);
   if (node["real_time"]) run.info.real_time = field<bool>(node, "real_time", file);
   // Runs on hardware and runs of older versions lack this key.
   if (node["scene_files"]) {

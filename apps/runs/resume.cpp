@@ -28,6 +28,7 @@ std::string why_not(const std::filesystem::path& folder, const runlog::RunYaml& 
   const runlog::RunInfo& info = run.info;
   if (info.finished) return fmt::format("it is finished, with all its {} frames", info.frames_wanted);
   if (info.behaviour == runlog::kImported) return "it was imported: another program took its images";
+  if (info.behaviour == "manual") return "a person drove it; begin a new run";
   if (!config::is_simulated(run.robot)) {
     return "its robot is real, and no program can put it back to its last pose; begin a new run";
   }
@@ -72,6 +73,7 @@ Result<runlog::RunInfo> resume(const std::filesystem::path& folder, const RunOpt
   again.truth = run.info.truth;
   again.real_time = run.info.real_time;
   again.maps = run.info.maps;
+  again.telemetry = run.info.telemetry;
   again.rendered_before = run.info.renderer;
   // An image of another renderer would give other rows, and the run would be rejected. Before there was another one,
   // all images were POV-Ray's.

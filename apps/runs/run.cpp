@@ -64,7 +64,7 @@ class Loop {
         stop_(stop),
         record_(robot, map, options),
         steering_(robot, options.maps ? estimation::without_landmarks(map) : map, options.behaviour, options.seed,
-                  [this](const auto& event) { record_.note(event); }),
+                  options.remote, [this](const auto& event) { record_.note(event); }),
         answers_(robot, map, options.method, options.maps) {
     if (!answers_.why_no_baseline().empty()) record_.note("no baseline: " + answers_.why_no_baseline());
   }
@@ -88,6 +88,7 @@ class Loop {
     }
     if (options_.replace) runlog::remove_run(options_.out);
     record_.open();
+    if (options_.opened) options_.opened(record_.info());
     if (const std::string notice = opened->pace().notice; !notice.empty() && options_.notify) {
       options_.notify(fmt::format("{} frames; {}", options_.frames, notice));
     }
@@ -240,7 +241,13 @@ class Loop {
     if (options_.truth) finished.truth = truth_of(taken);
     if (*position_m) steering_.add_fix(record.frame.frame, **position_m);
     if (options_.maps) steering_.avoid(discs_of(answers_.found()));
+    const double arrived_s = record.frame.host_t_s.value_or(0) - clock_before_s_;
     finished.record = std::move(record);
+    if (options_.finished) {
+      options_.finished(finished,
+                        {.age_s = seconds_since(begin_) - arrived_s,
+                         .late_frames = options_.real_time ? std::optional(real_time_.late()) : std::nullopt});
+    }
     record_.add(std::move(finished));
     return {};
   }

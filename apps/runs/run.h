@@ -6,23 +6,42 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/estimation/estimator.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
+#include "apps/runs/remote_control.h"
 #include "drivers/backends.h"
+#include "hal/image.h"
 
 namespace twocone::runs {
 
 /// Receives the fraction that is done, 0 to 1.
 using Progress = std::function<void(double done)>;
 
+/// A frame with everything that is stored about it.
+struct FinishedFrame {
+  runlog::FrameRecord record;
+  std::shared_ptr<const Image> lower, upper;
+  std::vector<runlog::OtherImage> others{};
+  std::vector<runlog::CameraTruth> truth{};  ///< run --truth
+};
+
+/// What is known of a finished frame besides, while the run is being driven.
+struct LiveFigures {
+  double age_s = 0;                  ///< from the frame's arrival to its answer
+  std::optional<int> late_frames{};  ///< that began late so far; with RunOptions::real_time
+};
+
 struct RunOptions {
   int frames = 450;                  ///< >= 1; 30 s at 15 frames per second, as in the paper
-  std::string behaviour = "wander";  ///< wander, waypoints, still
+  std::string behaviour = "wander";  ///< wander, waypoints, still, manual
   estimation::Method method = estimation::kDefaultMethod;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make
@@ -39,6 +58,13 @@ struct RunOptions {
   /// Devices only: the time for which a failing device is tried again, with the wheels stopped. 0: no second try.
   std::chrono::milliseconds patience{10'000};
   std::function<void(const std::string&)> notify{};  ///< receives each of RunInfo::events at once; may be empty
+  bool telemetry = false;                            ///< also writes telemetry.jsonl (docs/telemetry.md)
+  /// Requests of a person, while the robot drives; null: there are none. Such a run cannot be repeated.
+  const RemoteControl* remote = nullptr;
+  /// Receives the content of run.yaml when the folder has been made, and then each finished frame. The run's thread
+  /// calls them and waits for them. May be empty.
+  std::function<void(const runlog::RunInfo&)> opened{};
+  std::function<void(const FinishedFrame&, const LiveFigures&)> finished{};
   /// Opens the robot from its parts.
   std::function<Result<Robot>(const drivers::RobotSettings&)> open = drivers::open_robot;
 };

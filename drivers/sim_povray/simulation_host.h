@@ -3,17 +3,19 @@
 
 #include <atomic>
 #include <functional>
+#include <future>
 #include <memory>
 #include <string>
 
 #include "drivers/sim_povray/place.h"
+#include "drivers/sim_povray/robot_session.h"
 #include "drivers/sim_povray/session_settings.h"
+#include "hal/image.h"
 #include "hal/result.h"
 
 namespace twocone::sim_povray {
 
 class Renderer;
-class RobotSession;
 class Scene;
 
 /// A simulated world with its images and its robots. Simulation::open uses a host alone, and a server shares one. Both
@@ -51,6 +53,15 @@ class SimulationHost {
   SimulationHost() = default;
 };
 
+/// Watches a served world. The threads of its robots call these and wait for them. Each may be empty.
+struct WorldWatch {
+  std::function<void(const std::string& robot, const SessionState& state)> stepped{};
+  /// @param image of the robot's present step, as soon as it is there
+  std::function<void(const std::string& robot, const std::string& camera, const std::shared_future<ImageResult>& image)>
+      ordered{};
+  std::function<void(const std::string& robot)> left{};
+};
+
 /// Runs a world for other programs of the same user on this machine until `stop` is set. They attach to it by `name`
 /// (Simulation::attach). The world steps when every attached robot has requested its next frame; when the last one has
 /// left, it returns to time 0. If a program dies, its robot stays where it is, and the others continue. The same holds
@@ -61,6 +72,7 @@ class SimulationHost {
 /// Errors: as Simulation::open; kRefused (the name is already served; the runtime folder belongs to another user),
 /// kUnavailable (no socket is available). @throws std::invalid_argument naming every bad field of `place`
 Status serve_world(const PlaceSettings& place, const std::string& name,
-                   const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop);
+                   const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop,
+                   const WorldWatch& watch = {});
 
 }  // namespace twocone::sim_povray

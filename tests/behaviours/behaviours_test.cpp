@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -43,6 +44,28 @@ TEST(Still, DoesNotMove) {
   const Motion m = still.decide({1, 2, 3}, 0.1);
   EXPECT_EQ(m.speed_mps, 0);
   EXPECT_EQ(m.turn_rate_radps, 0);
+}
+
+TEST(Manual, DrivesAsRequestedWithinTheWheelsSpeed) {
+  Shares requested;
+  Manual manual(kBody, [&] { return requested; });
+  const auto decided = [&](double speed, double turn) {
+    requested = {speed, turn};
+    return manual.decide({}, 0.1);
+  };
+  EXPECT_EQ(decided(0, 0).speed_mps, 0);
+  EXPECT_DOUBLE_EQ(decided(0.5, 0).speed_mps, 0.25);
+  EXPECT_DOUBLE_EQ(decided(-1, 0).speed_mps, -0.5);
+  EXPECT_GT(decided(0, 0.5).turn_rate_radps, 0);
+  EXPECT_DOUBLE_EQ(decided(0, 0.5).turn_rate_radps, -decided(0, -0.5).turn_rate_radps);
+  for (const double speed : {-7.0, -1.0, 0.3, 1.0, std::numeric_limits<double>::infinity()}) {
+    for (const double turn : {-1.0, 0.7, 9.0}) {
+      const Motion m = decided(speed, turn);
+      const double wheel_mps = std::abs(m.speed_mps) + std::abs(m.turn_rate_radps) * kBody.wheel_separation_m / 2;
+      EXPECT_LE(wheel_mps, kBody.max_speed_mps * (1 + 1e-12)) << speed << ", " << turn;
+    }
+  }
+  EXPECT_EQ(decided(std::numeric_limits<double>::quiet_NaN(), 0).speed_mps, 0);
 }
 
 TEST(Wander, KeepsClearTravelsAndTurnsThroughAllHeadings) {

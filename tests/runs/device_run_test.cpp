@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "apps/runlog/summary/summary.h"
 #include "apps/runs/run.h"
@@ -117,6 +118,82 @@ TEST_F(DeviceRun, OutlivesACameraThatGoesAwayAndComesBack) {
   }
   EXPECT_GE(std::uint64_t(rests), run.info.capture->recoveries);
   EXPECT_LT(rests, kFrames - 1) << "it never drove, so nothing was tried";
+}
+
+// Catches requests that outlive the person: a page that was closed must not leave the wheels turning.
+TEST_F(DeviceRun, APersonDrivesAndARequestGrowsOld) {
+  constexpr int kLong = 50;  // one second, of which a request is valid for 0.3
+  RemoteControl remote;
+  options_.frames = kLong;
+  options_.behaviour = "manual";
+  options_.remote = &remote;
+  int finished = 0;
+  options_.finished = [&](const FinishedFrame& frame, const LiveFigures& figures) {
+    EXPECT_EQ(frame.record.frame.frame, std::uint64_t(finished++));
+    EXPECT_GE(figures.age_s, 0);
+    EXPECT_FALSE(figures.late_frames);
+    if (finished == 5) remote.drive({.speed = 0.5, .turn = -0.25});
+  };
+  const auto info = go();
+  ASSERT_TRUE(info) << info.error().message;
+  const runlog::RunData run = runlog::read_run(options_.out);
+  std::vector<double> driven_at_s;
+  for (const runlog::DriveRow& row : run.drive) {
+    if (*row.left_command_radps != 0) driven_at_s.push_back(row.t_s);
+    // To the right: the left wheel is the faster one.
+    EXPECT_TRUE(*row.left_command_radps == 0 || *row.left_command_radps > *row.right_command_radps);
+  }
+  ASSERT_GT(driven_at_s.size(), 5U);
+  constexpr double kFramesLate_s = 0.1;
+  const double valid_s = std::chrono::duration<double>(RemoteControl::kValid).count();
+  EXPECT_NEAR(driven_at_s.back() - driven_at_s.front(), valid_s, kFramesLate_s);
+  EXPECT_EQ(*run.drive.back().left_command_radps, 0);
+}
+
+TEST_F(DeviceRun, APersonStopsTheWheelsOfAnyBehaviour) {
+  RemoteControl remote;
+  options_.frames = 3 * kFrames;
+  options_.remote = &remote;
+  int finished = 0;
+  options_.finished = [&](const FinishedFrame&, const LiveFigures&) {
+    if (++finished == kFrames) remote.hold(true);
+    if (finished == 2 * kFrames) remote.hold(false);
+  };
+  const auto info = go();
+  ASSERT_TRUE(info) << info.error().message;
+  const runlog::RunData run = runlog::read_run(options_.out);
+  const auto moves = [&](std::size_t row) { return *run.drive[row].left_command_radps != 0; };
+  EXPECT_TRUE(moves(kFrames - 2));
+  EXPECT_FALSE(moves(2 * kFrames - 2));
+  EXPECT_TRUE(moves(3 * kFrames - 2));
+  EXPECT_THAT(told(), Contains(HasSubstr("a person stopped the wheels")));
+  EXPECT_THAT(told(), Contains(HasSubstr("a person freed the wheels")));
+}
+
+TEST_F(DeviceRun, ManualNeedsAPerson) {
+  options_.behaviour = "manual";
+  EXPECT_THROW((void)go(), std::invalid_argument);
+}
+
+TEST_F(DeviceRun, WritesTelemetryBesideTheTables) {
+  options_.telemetry = true;
+  const auto info = go();
+  ASSERT_TRUE(info) << info.error().message;
+  const runlog::RunData run = runlog::read_run(options_.out);
+  EXPECT_TRUE(run.info.telemetry);
+  std::ifstream file(options_.out / "telemetry.jsonl");
+  std::vector<nlohmann::json> lines;
+  for (std::string line; std::getline(file, line);) lines.push_back(nlohmann::json::parse(line));
+  ASSERT_EQ(lines.size(), 1U + kFrames);
+  EXPECT_EQ(lines[0]["schema"], "twocone.telemetry/1");
+  EXPECT_EQ(lines[0]["name"], "run");
+  EXPECT_FALSE(lines[0]["sensors"]["truth"]);
+  EXPECT_TRUE(lines[0]["sensors"]["skew"]);
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    EXPECT_EQ(lines[i + 1]["frame"], run.frames[i].frame);
+    EXPECT_EQ(lines[i + 1]["t_s"], run.frames[i].t_s);
+    EXPECT_EQ(lines[i + 1]["drive"]["left_rad"], run.drive[i].left_rad);
+  }
 }
 
 // On the images of one run both methods; who has the budget has verdicts, and an event if one of them is `over`.

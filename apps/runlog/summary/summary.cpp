@@ -337,7 +337,8 @@ std::string to_json(const Summary& summary, const RunInfo& info) {
                        {"upper_lost", capture->upper_lost}};
     for (const auto& [key, member] : kCaptureCounts) json["capture"][key] = capture->counts.*member;
   }
-  return json.dump(2) + "\n";
+  // A name that is not UTF-8 does not prevent the summary.
+  return json.dump(2, ' ', false, decltype(json)::error_handler_t::replace) + "\n";
 }
 
 }  // namespace twocone::runlog

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iterator>
 
+#include <nlohmann/json.hpp>
+
 #include "apps/runlog/storage/disk.h"
 
 namespace twocone::runlog {
@@ -182,14 +184,48 @@ std::optional<Row> TableReader<Row>::next() {
   return row;
 }
 
-template class TableReader<FrameRow>;
-template class TableReader<DriveRow>;
-template class TableReader<RangeRow>;
-template class TableReader<FixRow>;
-template class TableReader<SightingRow>;
-template class TableReader<LandmarkRow>;
-template class TableReader<TimingRow>;
-template class TableReader<TrackRow>;
+namespace {
+
+bool is_given(const auto& /*value*/) { return true; }
+bool is_given(const std::string& text) { return !text.empty(); }
+bool is_given(const std::optional<double>& number) { return number && std::isfinite(*number); }
+bool is_given(const std::vector<std::string>& names) { return !names.empty(); }
+
+const auto& content_of(const auto& value) { return value; }
+double content_of(const std::optional<double>& number) { return *number; }
+
+}  // namespace
+
+template <typename Row>
+nlohmann::ordered_json to_object(const Row& row) {
+  nlohmann::ordered_json object = nlohmann::ordered_json::object();
+  const std::string names = TableReader<Row>::header();
+  std::size_t begin = 0;
+  std::apply(
+      [&](const auto&... column) {
+        const auto put = [&](const auto& value) {
+          const std::size_t end = std::min(names.find(',', begin), names.size());
+          if (is_given(value)) object[names.substr(begin, end - begin)] = content_of(value);
+          begin = end + 1;
+        };
+        (put(column), ...);
+      },
+      Columns<Row>::of(row));
+  return object;
+}
+
+#define TWOCONE_TABLE(Row)         \
+  template class TableReader<Row>; \
+  template nlohmann::ordered_json to_object(const Row& row)
+TWOCONE_TABLE(FrameRow);
+TWOCONE_TABLE(DriveRow);
+TWOCONE_TABLE(RangeRow);
+TWOCONE_TABLE(FixRow);
+TWOCONE_TABLE(SightingRow);
+TWOCONE_TABLE(LandmarkRow);
+TWOCONE_TABLE(TimingRow);
+TWOCONE_TABLE(TrackRow);
+#undef TWOCONE_TABLE
 
 std::string to_line(const TrackRow& row) {
   TrackRow kept = row;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json_fwd.hpp>
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/run_data.h"
@@ -104,6 +105,9 @@ template <typename Row>
 std::string to_line(const Row& row) {
   return TableReader<Row>::line(row);
 }
+/// Returns the row as an object with the columns as keys. Fields that do not apply, and empty text, are left out.
+template <typename Row>
+nlohmann::ordered_json to_object(const Row& row);
 /// Returns the row's line. The heading is rounded to 1e-9 rad, as in the .tum files, because the heading of method
 /// paper comes from such a file.
 std::string to_line(const TrackRow& row);

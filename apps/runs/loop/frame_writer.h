@@ -11,18 +11,9 @@
 #include <thread>
 #include <vector>
 
-#include "apps/runlog/run_folder.h"
-#include "hal/image.h"
+#include "apps/runs/run.h"
 
 namespace twocone::runs {
-
-/// A frame with everything that is stored about it.
-struct FinishedFrame {
-  runlog::FrameRecord record;
-  std::shared_ptr<const Image> lower, upper;
-  std::vector<runlog::OtherImage> others{};
-  std::vector<runlog::CameraTruth> truth{};  ///< run --truth
-};
 
 /// Stores frames in the order in which they are added, in a thread of its own, so that the loop does not wait while
 /// images are compressed and written. A frame that could not be stored is the last one: none after it is written.

@@ -28,6 +28,7 @@ void RealTime::wait(const std::atomic<bool>& stop) {
   const Clock::time_point when = due(double(late_by_.size()));
   sleep_until(when, [&stop] { return stop.load(); });
   late_by_.emplace_back(Clock::now() - when);
+  if (late_by_.back() > kLateShare * period_) ++late_;
 }
 
 void RealTime::sleep_bare(const std::stop_token& stop) {

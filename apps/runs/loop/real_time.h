@@ -27,6 +27,8 @@ class RealTime {
 
   /// Waits until the next frame is due, or until `stop` is set.
   void wait(const std::atomic<bool>& stop);
+  /// Returns the number of frames that began late so far.
+  [[nodiscard]] int late() const { return late_; }
   /// Ends the measurement. Returns a sentence about the frames and the bare sleeper; nothing was waited for: empty.
   [[nodiscard]] std::string report();
 
@@ -39,7 +41,8 @@ class RealTime {
 
   Milliseconds period_;
   std::optional<Clock::time_point> begin_;
-  std::vector<Milliseconds> late_by_;       ///< of the frames
+  std::vector<Milliseconds> late_by_;  ///< of the frames
+  int late_ = 0;
   std::vector<Milliseconds> bare_late_by_;  ///< belongs to sleeper_ while it runs
   std::jthread sleeper_;
 };

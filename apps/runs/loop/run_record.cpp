@@ -4,7 +4,9 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include "apps/estimation/mapping.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/version.h"
 #include "base/log.h"
@@ -49,6 +51,7 @@ RunRecord::RunRecord(const config::Robot& robot, const config::Map& map, const R
   info_.truth = options.truth;
   info_.real_time = options.real_time;
   info_.maps = options.maps;
+  info_.telemetry = options.telemetry;
 }
 
 RunRecord::~RunRecord() {
@@ -60,11 +63,26 @@ RunRecord::~RunRecord() {
 
 void RunRecord::open() {
   folder_.emplace(options_.out, options_.old);
+  if (options_.telemetry) {
+    telemetry_.emplace(robot_, options_.maps ? estimation::without_landmarks(map_) : map_);
+  }
   writer_.emplace([this](const FinishedFrame& frame) {
+    if (telemetry_) add_telemetry(frame.record);
     folder_->add(frame.record, *frame.lower, *frame.upper, frame.others, frame.truth);
   });
   base::Logger("run").info(fmt::format("{} frames, behaviour {}", options_.frames, options_.behaviour));
   write_yaml();
+}
+
+void RunRecord::add_telemetry(const runlog::FrameRecord& record) {
+  // Times differ when a run is resumed, so its lines may.
+  constexpr runlog::Equal kEqual = runlog::Equal::kNot;
+  if (!telemetry_file_) {
+    telemetry_file_.emplace(path() / "telemetry.jsonl", options_.old);
+    const auto sensors = telemetry::sensors_of(robot_, options_.maps);
+    telemetry_file_->add(telemetry_->run(path().filename().string(), info_, sensors).dump(), kEqual);
+  }
+  telemetry_file_->add(telemetry_->frame(record).dump(), kEqual);
 }
 
 void RunRecord::write_yaml() const { runlog::write_run_yaml(folder_->path(), info_, robot_, map_.file); }

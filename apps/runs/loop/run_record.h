@@ -12,6 +12,7 @@
 #include "apps/runlog/run_folder.h"
 #include "apps/runs/loop/frame_writer.h"
 #include "apps/runs/run.h"
+#include "apps/telemetry/telemetry.h"
 #include "hal/robot.h"
 
 namespace twocone::runs {
@@ -56,12 +57,16 @@ class RunRecord {
   void finish(const std::vector<runlog::AnswerRows>& baseline);
 
  private:
+  void add_telemetry(const runlog::FrameRecord& record);
+
   const config::Robot& robot_;
   const config::Map& map_;
   const RunOptions& options_;
   runlog::RunInfo info_;
   std::optional<runlog::RunFolder> folder_;
-  std::optional<FrameWriter> writer_;
+  std::optional<telemetry::Lines> telemetry_;
+  std::optional<runlog::LineFile> telemetry_file_;
+  std::optional<FrameWriter> writer_;  // its thread uses the members above
   int frames_ = 0;
   int replayed_ = 0;
   std::mutex mutex_;  // of later_

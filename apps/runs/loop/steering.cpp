@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/steering.h"
 
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -14,7 +15,8 @@ namespace twocone::runs {
 namespace {
 
 std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot, const config::Map& map,
-                                                      const std::string& name, std::uint64_t seed) {
+                                                      const std::string& name, std::uint64_t seed,
+                                                      const RemoteControl* remote) {
   const behaviours::Body body{robot.body_radius_m, robot.drive.max_speed_mps, robot.drive.wheel_separation_m};
   if (name == "still") return std::make_unique<behaviours::Still>();
   if (name == "wander") return std::make_unique<behaviours::Wander>(body, config::to_arena(map), seed);
@@ -27,19 +29,30 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot
     }
     return std::make_unique<behaviours::Waypoints>(body, points_m);
   }
-  throw base::InvalidArgument("no behaviour '{}'; there are: wander, waypoints, still", name);
+  if (name == "manual") {
+    if (remote == nullptr) throw std::invalid_argument("behaviour manual needs a person who drives: a live page");
+    return std::make_unique<behaviours::Manual>(body, [remote] { return remote->requested(); });
+  }
+  throw base::InvalidArgument("no behaviour '{}'; there are: wander, waypoints, still, manual", name);
 }
 
 }  // namespace
 
 Steering::Steering(const config::Robot& robot, const config::Map& map, const std::string& behaviour, std::uint64_t seed,
-                   std::function<void(const std::string&)> notify)
+                   const RemoteControl* remote, std::function<void(const std::string&)> notify)
     : wheels_(config::to_wheels(robot)),
       command_timeout_s_(robot.drive.command_timeout_s),
+      remote_(remote),
       notify_(std::move(notify)),
-      behaviour_(make_behaviour(robot, map, behaviour, seed)) {}
+      behaviour_(make_behaviour(robot, map, behaviour, seed, remote)) {}
 
 WheelSpeeds Steering::decide(std::uint64_t frame, double step_s, double image_age_s) {
+  if (const bool is_held = remote_ != nullptr && remote_->is_held(); is_held || was_held_) {
+    if (std::exchange(was_held_, is_held) != is_held) {
+      notify_(fmt::format("frame {}: a person {} the wheels", frame, is_held ? "stopped" : "freed"));
+    }
+    if (is_held) return {};
+  }
   if (image_age_s > command_timeout_s_) {
     if (!std::exchange(was_late_, true)) {
       notify_(

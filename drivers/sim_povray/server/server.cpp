@@ -54,8 +54,8 @@ class Conversation {
   /// @param stop checked twenty times a second
   /// @param patience time for which others wait for a client that requests nothing, before it is sent away
   Conversation(int socket, SimulationHost& host, const std::function<void(const std::string&)>& report,
-               const std::atomic<bool>& stop, std::chrono::milliseconds patience)
-      : socket_(socket), host_(host), report_(report), stop_(stop), patience_(patience) {}
+               const std::atomic<bool>& stop, std::chrono::milliseconds patience, const WorldWatch& watch)
+      : socket_(socket), host_(host), report_(report), stop_(stop), patience_(patience), watch_(watch) {}
 
   /// Serves the client from its handshake to its end: when it leaves or is sent away, or `stop` is set.
   void run() {
@@ -132,6 +132,7 @@ class Conversation {
     const auto id = session_->open_view(request.settings);
     if (!id) return reply_with(id.error());
     views_.emplace_back();
+    cameras_.push_back(request.settings.camera_name);
     return reply(ViewOpened{*id});
   }
 
@@ -165,7 +166,10 @@ class Conversation {
     const SteadyTime deadline = in(request.remaining);
     while (true) {
       const Status stepped = session_->step(std::min(deadline, in(kStepSlice)));
-      if (stepped) return reply(Stepped{session_->state()});
+      if (stepped) {
+        if (watch_.stepped) watch_.stepped(robot_, session_->state());
+        return reply(Stepped{session_->state()});
+      }
       if (stepped.error().code != ErrorCode::kTimeout || std::chrono::steady_clock::now() >= deadline) {
         return reply_with(stepped.error());
       }
@@ -183,7 +187,9 @@ class Conversation {
       return refusal(fmt::format("an image for slot {}, which is in use or not there", request.slot));
     }
     last_order_ = request.order;
-    sender_->add({request.order, slots, request.slot, session_->image(request.view)});
+    const std::shared_future<ImageResult> image = session_->image(request.view);
+    if (watch_.ordered) watch_.ordered(robot_, cameras_[request.view], image);
+    sender_->add({request.order, slots, request.slot, image});
     return {};
   }
 
@@ -213,6 +219,7 @@ class Conversation {
   void leave(const std::string& ending) {
     sender_.reset();
     session_.reset();
+    if (watch_.left) watch_.left(robot_);
     report_(fmt::format("{} left{}", robot_, ending));
   }
 
@@ -260,11 +267,13 @@ class Conversation {
   const std::function<void(const std::string&)>& report_;
   const std::atomic<bool>& stop_;
   const std::chrono::milliseconds patience_;
+  const WorldWatch& watch_;
 
   std::string robot_;
   std::unique_ptr<RobotSession> session_;
   std::unique_ptr<ImageSender> sender_;
   std::vector<std::shared_ptr<ImageSlots>> views_;  ///< by the session's ViewId; none before the first configuration
+  std::vector<std::string> cameras_;                ///< likewise
   std::uint32_t slots_ = 0;
   std::uint64_t last_order_ = 0;
   bool left_ = false;
@@ -294,7 +303,7 @@ void send_away(int socket, const std::string& why) {
 
 Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& name,
              const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop,
-             std::chrono::milliseconds patience) {
+             std::chrono::milliseconds patience, const WorldWatch& watch) {
   const auto path = world_socket(name);
   if (!path) return path.error();
   const auto claim = server::ServedName::claim(*path);
@@ -331,7 +340,7 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
     Connection& connection = connections.emplace_back();
     try {
       connection.thread = std::jthread([&, socket = std::move(socket)]() mutable {
-        server::Conversation(socket.get(), *host, report_in_turn, stop, patience).run();
+        server::Conversation(socket.get(), *host, report_in_turn, stop, patience, watch).run();
         socket.reset();
         connection.finished = true;
       });
@@ -347,11 +356,12 @@ Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& nam
 }
 
 Status serve_world(const PlaceSettings& place, const std::string& name,
-                   const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop) {
+                   const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop,
+                   const WorldWatch& watch) {
   auto host = SimulationHost::open(place);
   if (!host) return host.error();
   report((*host)->rendering());
-  return serve(*host, name, report, stop);
+  return serve(*host, name, report, stop, kIdlePatience, watch);
 }
 
 }  // namespace twocone::sim_povray

@@ -27,7 +27,7 @@ constexpr std::chrono::milliseconds kIdlePatience{30'000};
 /// Errors: kRefused (the name is already served; the folder), kUnavailable (no socket is available).
 Status serve(const std::shared_ptr<SimulationHost>& host, const std::string& name,
              const std::function<void(const std::string&)>& report, const std::atomic<bool>& stop,
-             std::chrono::milliseconds patience = kIdlePatience);
+             std::chrono::milliseconds patience = kIdlePatience, const WorldWatch& watch = {});
 
 /// Joins the world that another program serves under `name` (serve()).
 /// Errors: kNotFound (no program serves it), kRefused (another version, another user), kTimeout, kDisconnected,
