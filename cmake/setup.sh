@@ -9,15 +9,17 @@ packages=(
   libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libboost-dev libode-dev libceres-dev libhwy-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev
   libserialport-dev libcamera-dev libturbojpeg0-dev libpng-dev pkg-config
-  povray povray-includes gnuplot-nox procps
+  node-d3
+  povray povray-includes procps
 )
 case "${1:-}" in
   --lint) packages+=(clang-format clang-tidy) ;;
   --evidence)
-    packages+=(jq imagemagick cloc debootstrap povray-examples lintian time)
+    packages+=(jq imagemagick cloc gnuplot-nox debootstrap povray-examples lintian time)
     # For the virtual machine of tests/vm, the tests in it, and the build of its modules.
     packages+=(qemu-system-x86 busybox-static cpio kmod udev v4l-utils valgrind libcamera-ipa linux-headers-amd64)
     packages+=(libmrpt-slam-dev) # tests/evidence/mrpt_slam.cpp
+    packages+=(chromium chromium-driver nodejs) # tests/evidence/viewer.sh
     packages+=(slurm-wlm munge) # a cluster of one node, tests/evidence/slurm_node.sh
     ;;
 esac

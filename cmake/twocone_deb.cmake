@@ -20,8 +20,8 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# The simulation runs POV-Ray and the report runs gnuplot, both as programs; a real robot needs neither.
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "povray, povray-includes, gnuplot-nox | gnuplot")
+# The simulation runs POV-Ray as a program; a real robot does not need it.
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "povray, povray-includes")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/deb/postinst)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)

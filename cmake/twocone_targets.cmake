@@ -18,6 +18,9 @@ function(twocone_set_up target)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
       # With the sanitizers' checks GCC loses track of an optional's state, and warns of members that are never read.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
+      if(TWOCONE_SANITIZE MATCHES "thread")
+        target_compile_options(${target} PRIVATE -Wno-tsan) # Boost.Asio has fences, of which the sanitizer knows nothing.
+      endif()
     endif()
   endif()
 endfunction()
