@@ -15,6 +15,10 @@
 #include "drivers/sim_povray/place.h"
 #include "hal/result.h"
 
+namespace twocone::viewer {
+struct PageAddress;
+}
+
 /// The subcommands of twocone and their common parts.
 namespace twocone::cli {
 
@@ -105,6 +109,9 @@ CLI::Option* add_checked(CLI::App* command, const std::string& name, Value& valu
   return command->add_option(name, value, text)->check(check)->capture_default_str();
 }
 
+/// Adds --live [PORT] and --live-address. @param live,page must outlive the parsing
+void add_live(CLI::App* command, bool& live, viewer::PageAddress& page, const std::string& text);
+
 /// Accepts whole numbers from 0 to 2^64 - 1, in digits. Without this check, -1 would be read as 2^64 - 1.
 [[nodiscard]] CLI::Validator whole_number();
 
@@ -119,6 +126,7 @@ CLI::Option* add_checked(CLI::App* command, const std::string& name, Value& valu
 void add_run(CLI::App& program);
 void add_localise(CLI::App& program);
 void add_report(CLI::App& program);
+void add_view(CLI::App& program);
 void add_serve(CLI::App& program);
 void add_effects(CLI::App& program);
 void add_look(CLI::App& program);

@@ -165,12 +165,8 @@ void compare_with(CompareArguments options) {
   runlog::write_whole(options.out / "compare.json", compare::to_json(outcome.comparison));
   fmt::print("numbers {}\n", (options.out / "compare.json").string());
   if (options.page) {
-    const Status written = compare::write_page(outcome.comparison, options.out);
-    if (written) {
-      fmt::print("page    {}\n", (options.out / "compare.html").string());
-    } else {
-      say(fmt::format("note: no page: {}", written.error().message));
-    }
+    runlog::write_whole(options.out / "compare.html", compare::page(outcome.comparison, options.out));
+    fmt::print("page    {}\n", (options.out / "compare.html").string());
   }
   if (!options.write_robot.empty()) write_robots(options, outcome);
   std::fflush(stdout);

@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/config/to_layers.h"
 #include "apps/import/import_run.h"
 #include "apps/report/report.h"
 #include "apps/runlog/run_data.h"
@@ -23,6 +24,7 @@
 #include "apps/runs/self_rig.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
+#include "apps/viewer/live_run.h"
 
 namespace twocone::cli {
 namespace {
@@ -36,9 +38,15 @@ struct RunArguments {
   std::string landmarks;         ///< none, or empty: those of the map
   std::optional<double> budget_ms;
   bool self_rig = false;
+  bool live = false;
+  viewer::PageAddress page;
+  bool has_frames = false;  ///< --frames is given
   runs::RunOptions run;
   double patience_s = std::chrono::duration<double>(run.patience).count();
 };
+
+/// Ten minutes at 15 Hz, which a person ends by an interruption.
+constexpr int kManualFrames = 9'000;
 
 /// Returns runs/NAME-BEHAVIOUR-seedN, with -2, -3 ... appended if that exists.
 std::filesystem::path free_folder(const std::string& robot, const runs::RunOptions& run) {
@@ -87,12 +95,23 @@ void run_with(RunArguments options) {
     options.run.out = options.resume;
   }
 
+  if (options.run.behaviour == "manual" && !options.live) {
+    throw BadUsage("--behaviour manual needs --live: a person drives in the page");
+  }
+  if (options.run.behaviour == "manual" && !options.has_frames) options.run.frames = kManualFrames;
+  // A person cannot follow a world that is faster than life.
+  if (options.live && config::is_simulated(robot)) options.run.real_time = true;
+  std::optional<viewer::LiveRun> live;
+
   // After a signal, the present frame is completed and the wheels stop.
   const std::atomic<bool>& stop = stop_on_signals();
 
   {
     ProgressBar bar(fmt::format("{} frames", options.run.frames));
-    options.run.notify = [&bar](const std::string& event) { bar.say(event); };
+    options.run.notify = [&bar, &live](const std::string& event) {
+      bar.say(event);
+      if (live) live->event(event);
+    };
     options.run.patience = std::chrono::milliseconds(std::llround(1000 * options.patience_s));
     const auto progress = [&bar](double done) { bar.show(done); };
     if (options.self_rig) {
@@ -102,9 +121,15 @@ void run_with(RunArguments options) {
       bar.say(own.event);
       robot = std::move(own.robot);
     }
+    if (options.live) {
+      live.emplace(robot, config::read_map(robot.map), options.run.maps, options.run.behaviour == "manual");
+      bar.say(fmt::format("watch at {}", value_or_fail(live->open(options.page))));
+      live->watch(options.run);
+    }
     const auto driven = options.resume.empty()
                             ? runs::run(robot, config::read_map(robot.map), options.run, progress, stop)
                             : runs::resume(options.run.out, options.run, progress, stop);
+    if (live) live->end(driven ? "" : driven.error().message);
     if (!driven && stop) throw Interrupted(next_step(options.run));
     value_or_fail(driven);
   }
@@ -220,9 +245,15 @@ void add_run(CLI::App& program) {
   auto* resume = command->add_option("--resume", options->resume,
                                      "Run folder of a simulated run that was interrupted or killed: continue it with\n"
                                      "the same settings; takes no other option but --log-level");
-  add_checked(command, "--frames", options->run.frames, "Stereo frames to take", CLI::Range(1, 100'000'000));
-  add_checked(command, "--behaviour", options->run.behaviour, "How to drive: wander, waypoints or still",
-              CLI::IsMember({"wander", "waypoints", "still"}));
+  auto* frames =
+      add_checked(command, "--frames", options->run.frames, "Stereo frames to take", CLI::Range(1, 100'000'000));
+  add_checked(command, "--behaviour", options->run.behaviour,
+              "How to drive: wander, waypoints, still, or manual (by hand, in the page of --live)",
+              CLI::IsMember({"wander", "waypoints", "still", "manual"}));
+  add_live(command, options->live, options->page,
+           "Show the run in a browser while the robot drives, and print the page's address. PORT: any that is free.\n"
+           "A simulation is paced by the wall clock");
+  command->add_flag("--telemetry", options->run.telemetry, "Also write telemetry.jsonl into the run folder");
   command
       ->add_option("--method", options->method,
                    fmt::format("How to range and localise (default: from the robot file, else {})",
@@ -252,7 +283,8 @@ void add_run(CLI::App& program) {
   for (CLI::Option* const other : command->get_options()) {
     if (other != resume && other->get_name() != "--help") resume->excludes(other);
   }
-  command->callback([options, robot, resume] {
+  command->callback([options, robot, resume, frames] {
+    options->has_frames = frames->count() > 0;
     if (robot->count() + resume->count() == 0) throw BadUsage("run: --robot is required, or --resume");
     run_with(*options);
   });

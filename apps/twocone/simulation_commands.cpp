@@ -16,6 +16,7 @@
 #include "apps/runlog/storage/image_file.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
+#include "apps/viewer/live_world.h"
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/simulation_host.h"
 
@@ -153,6 +154,8 @@ struct ServeArguments {
   std::filesystem::path map;
   std::string name;
   std::optional<sim_povray::RendererKind> renderer;
+  bool live = false;
+  viewer::PageAddress page;
 };
 
 /// Returns lab for scenes/lab.map.yaml.
@@ -169,9 +172,14 @@ void serve_with(const ServeArguments& options) {
   // After a signal every robot's wheels stop and the name becomes free.
   const std::atomic<bool>& stop = stop_on_signals();
 
+  const std::string name = options.name.empty() ? map_name(options.map) : options.name;
+  std::optional<viewer::LiveWorld> live;
+  if (options.live) {
+    live.emplace(map, name);
+    say(fmt::format("watch at {}", value_or_fail(live->open(options.page))));
+  }
   const Status served = sim_povray::serve_world(
-      place, options.name.empty() ? map_name(options.map) : options.name, [](const std::string& line) { say(line); },
-      stop);
+      place, name, [](const std::string& line) { say(line); }, stop, live ? live->watch() : sim_povray::WorldWatch());
   if (!served) throw CommandFailed(served.error().message);
 }
 
@@ -199,6 +207,8 @@ void add_serve(CLI::App& program) {
   command->add_option("--scene", options->map, "Map file of the place (scenes/lab.map.yaml)")->required();
   command->add_option("--name", options->name, "Name for `attach:` of robot files (default: the map file's name)");
   add_renderer(command, options->renderer);
+  add_live(command, options->live, options->page,
+           "Show the world with its robots in a browser, and print the page's address. PORT: any that is free");
   command->callback([options] { serve_with(*options); });
 }
 

@@ -123,15 +123,8 @@ void sweep_and_choose(const TradeoffArguments& options, const tradeoff::Subject&
   if (const auto requirement = options.requirement()) {
     choice = choose(options, *requirement, subject, sweep, folder, stop);
   }
-  const Status drawn = tradeoff::write_images(sweep, choice ? &*choice : nullptr, folder.path());
-  if (drawn) {
-    fmt::print("\npage    {}\n", (folder.path() / "index.html").string());
-  } else if (drawn.error().code == ErrorCode::kUnavailable) {
-    say(fmt::format("note: no images: {}", drawn.error().message));
-    fmt::print("\ntable   {}\n", (folder.path() / "tradeoff.csv").string());
-  } else {
-    throw CommandFailed(drawn.error().message);
-  }
+  runlog::write_whole(folder.path() / "index.html", tradeoff::page(sweep, choice ? &*choice : nullptr));
+  fmt::print("\npage    {}\n", (folder.path() / "index.html").string());
   std::fflush(stdout);
   if (choice && !choice->setting) throw CommandFailed(choice->why);
 }

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "apps/runs/remote_control.h"
+#include "apps/runs/run.h"
+#include "apps/telemetry/telemetry.h"
+#include "apps/web/server.h"
+#include "hal/result.h"
+
+namespace twocone::viewer {
+
+/// Where to serve a page.
+struct PageAddress {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 0;  ///< 0: any that is free
+};
+
+/// Shows a run in browsers while it is driven, and takes requests of persons (docs/telemetry.md). The run does not wait
+/// for a browser: a frame costs it a copy of its rows, and all else is done in the server's thread.
+///
+/// One browser drives at a time: the first that requests a motion. It drives until it releases the wheels, its
+/// connection ends, or nothing has arrived from it for RemoteControl::kValid. Every browser may stop the wheels.
+class LiveRun final : private web::Site {
+ public:
+  /// @param manual whether the run's behaviour is manual; else a request to drive is refused
+  LiveRun(const config::Robot& robot, const config::Map& map, bool maps, bool manual);
+  ~LiveRun() override;
+
+  /// Begins to serve, and returns the page's address with its token. Errors: those of web::Server::open
+  Result<std::string> open(const PageAddress& at);
+
+  /// Sets remote, opened and finished of the options. This object must outlive the run.
+  void watch(runs::RunOptions& options);
+  /// Shows an event of the run.
+  void event(const std::string& text);
+  /// Shows that the run has ended. @param why text if it was cut off; empty: it took all its frames
+  void end(const std::string& why);
+
+ private:
+  std::vector<web::Message> opened(web::Client client) override;
+  void received(web::Client client, std::string_view text) override;
+  void closed(web::Client client) override;
+
+  void show(const runs::FinishedFrame& frame, const runs::LiveFigures& figures);
+  void drive(web::Client client, double speed, double turn);
+  void release();
+  void refuse(web::Client client, std::string_view why);
+  /// Sends the present state to all browsers if it has changed.
+  void tell_status();
+  [[nodiscard]] bool is_driven() const;
+
+  const bool manual_;
+  const bool maps_;
+  const telemetry::Sensors sensors_;
+  const telemetry::Lines lines_;
+  runs::RemoteControl remote_;
+  std::mutex mutex_;      // protects the next two
+  std::string run_line_;  // empty until the run has begun
+  int frames_ = 0;
+  // Members of the server's thread.
+  std::vector<web::Client> clients_;
+  std::optional<web::Client> driver_;
+  std::chrono::steady_clock::time_point driven_at_{};
+  std::string told_;
+  std::unique_ptr<web::Server> server_;  // its thread uses all members above
+};
+
+}  // namespace twocone::viewer
