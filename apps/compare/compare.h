@@ -44,7 +44,7 @@ Result<Outcome> compare(const Settings& settings);
 
 /// Returns the differences, the gaps and the stages as text for a terminal; at most 100 columns.
 std::string table(const Comparison& comparison);
-/// Returns compare.json: all results, with their units.
+/// Returns compare.json: all results, with their units (docs/file-formats.md).
 std::string to_json(const Comparison& comparison);
 
 /// Renders the real run's frames as an ideal camera in the scene shows them from the real robot's poses. Without given
@@ -73,12 +73,11 @@ std::string corrected_robot(const Outcome& outcome, const std::filesystem::path&
 /// @throws config::FileError as config::robot_text
 std::string like_the_real(const Outcome& outcome, const std::filesystem::path& new_file);
 
-/// Writes FOLDER/compare.html, one page that needs no other file and no network, and its figures into FOLDER/figures.
-/// The page begins with the verdict and the sources. Then it shows the gaps before and after, the stages with their
-/// lights, frames side by side and blended with a slider, unwrapped mirrors with their difference, residuals, and both
-/// paths over the arena from above. A figure or image that cannot be made is left out, and the page states why. The
-/// page is UTF-8 and well-formed XML, and equal content gives equal bytes.
-/// Errors: kUnavailable (no gnuplot, a file that cannot be written)
-Status write_page(const Comparison& comparison, const std::filesystem::path& folder);
+/// Returns compare.html, the viewer with compare.json and the images: the verdict and the sources, the gaps before and
+/// after, the stages with their lights, frames side by side and blended with a slider, unwrapped mirrors with their
+/// difference, residuals, and both paths over the arena from above. An image that cannot be made is left out, and the
+/// page states why. Equal content gives equal bytes.
+/// @param folder of the comparison; keeps the image of the arena, figures/overhead.png, for the next time
+std::string page(const Comparison& comparison, const std::filesystem::path& folder);
 
 }  // namespace twocone::compare

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +13,7 @@
 #include "apps/config/robot_file.h"
 #include "apps/report/kit/plain_text.h"
 #include "apps/runlog/version.h"
+#include "apps/telemetry/telemetry.h"
 #include "vision/image_quality.h"
 
 namespace twocone::compare {
@@ -55,6 +58,55 @@ std::string source_lines(const Source& source) {
 }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+/// Rounds to a millionth of a metre, second or radian.
+Json micro(double value) { return std::isfinite(value) ? Json(std::round(value * 1e6) / 1e6) : Json(); }
+
+/// Returns a list for each column. @param fields of an item, one for each name
+template <typename Items, typename Fields>
+Json columns_of(const Items& items, const std::vector<std::string>& names, const Fields& fields) {
+  Json columns;
+  for (const std::string& name : names) columns[name] = Json::array();
+  for (const auto& item : items) {
+    std::size_t column = 0;
+    for (Json& value : fields(item)) columns[names[column++]].push_back(std::move(value));
+  }
+  return columns;
+}
+
+Json path_of(const std::vector<runlog::PoseRow>& poses) {
+  return columns_of(poses, {"t_s", "x_m", "y_m", "heading_rad"}, [](const runlog::PoseRow& pose) {
+    return std::vector<Json>{micro(pose.t_s), micro(pose.x_m), micro(pose.y_m), micro(pose.heading_rad)};
+  });
+}
+
+/// Returns the points of a run, at most about kMostPoints: of each landmark one in `every`.
+Json points_of(const std::vector<ResidualPoint>& all) {
+  constexpr std::size_t kMostPoints = 2000;
+  const std::size_t every = std::max<std::size_t>(1, all.size() / kMostPoints);
+  std::map<std::size_t, std::size_t> count;
+  std::vector<ResidualPoint> some;
+  std::ranges::copy_if(all, std::back_inserter(some),
+                       [&](const ResidualPoint& point) { return count[point.landmark]++ % every == 0; });
+  Json json = columns_of(some, {"landmark", "t_s", "range_m", "before_m", "after_m"}, [](const ResidualPoint& point) {
+    return std::vector<Json>{point.landmark, micro(point.t_s), point.range_m > 0 ? micro(point.range_m) : Json(),
+                             micro(point.before_m), point.after_m ? micro(*point.after_m) : Json()};
+  });
+  json["every"] = every;
+  return json;
+}
+
+Json exhibit_of(const Exhibit& exhibit) {
+  const auto side = [](const runlog::PoseRow& pose, const std::array<std::filesystem::path, 2>& images) {
+    return Json{{"t_s", pose.t_s},
+                {"x_m", pose.x_m},
+                {"y_m", pose.y_m},
+                {"heading_rad", pose.heading_rad},
+                {"images", {images[0].string(), images[1].string()}}};
+  };
+  return {{"simulated", side(exhibit.simulated, exhibit.simulated_images)},
+          {"real", side(exhibit.real, exhibit.real_images)}};
+}
 
 Json to_json(const Source& source) {
   Json components = Json::array(), shares = Json::array();
@@ -189,6 +241,7 @@ std::string table(const Comparison& comparison) {
 
 std::string to_json(const Comparison& comparison) {
   Json rows = Json::array(), sources = Json::array(), gaps = Json::array(), limits = Json::object();
+  Json exhibits = Json::array();
   for (const Row& row : comparison.rows) {
     rows.push_back({{"stage", to_string(row.stage)},
                     {"name", row.name},
@@ -197,6 +250,7 @@ std::string to_json(const Comparison& comparison) {
                     {"real", or_null(row.real)},
                     {"gap", or_null(row.gap)},
                     {"gap_sigma", or_null(row.gap_sigma)},
+                    {"limit_key", row.limit_key},
                     {"limit", or_null(row.limit)},
                     {"light", to_string(row.light)},
                     {"note", row.note}});
@@ -212,21 +266,31 @@ std::string to_json(const Comparison& comparison) {
                     {"unexplained", or_null(gap.unexplained)},
                     {"unnamed", or_null(gap.unnamed)}});
   }
-  const Json json{{"simulated", comparison.simulated},
-                  {"real", comparison.real},
-                  {"rendered_again", comparison.is_rendered},
-                  {"reference", comparison.reference},
-                  {"notes", comparison.notes},
-                  {"frames", {{"simulated", comparison.simulated_frames}, {"real", comparison.real_frames}}},
-                  {"matched", {{"by_time", comparison.matched_by_time}, {"by_pose", comparison.matched_by_pose}}},
-                  {"false_alarm", comparison.false_alarm},
-                  {"level", comparison.level},
-                  {"within_limits", comparison.is_within_limits()},
-                  {"limits", limits},
-                  {"gaps", gaps},
-                  {"sources", sources},
-                  {"rows", rows}};
-  return json.dump(2) + "\n";
+  for (const Exhibit& exhibit : comparison.exhibits) exhibits.push_back(exhibit_of(exhibit));
+  const Json json{
+      {"simulated", comparison.simulated},
+      {"real", comparison.real},
+      {"rendered_again", comparison.is_rendered},
+      {"reference", comparison.reference},
+      {"notes", comparison.notes},
+      {"frames", {{"simulated", comparison.simulated_frames}, {"real", comparison.real_frames}}},
+      {"matched", {{"by_time", comparison.matched_by_time}, {"by_pose", comparison.matched_by_pose}}},
+      {"false_alarm", comparison.false_alarm},
+      {"level", comparison.level},
+      {"within_limits", comparison.is_within_limits()},
+      {"limits", limits},
+      {"gaps", gaps},
+      {"sources", sources},
+      {"rows", rows},
+      {"exhibits", exhibits},
+      {"map", telemetry::map_of(comparison.map)},
+      {"paths",
+       {{"simulated", path_of(comparison.simulated_path)},
+        {"real", path_of(comparison.real_path)},
+        {"odometry", path_of(comparison.real_odometry)}}},
+      {"residuals",
+       {{"simulated", points_of(comparison.simulated_residuals)}, {"real", points_of(comparison.real_residuals)}}}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string corrected_robot(const Outcome& outcome, const std::filesystem::path& new_file) {

@@ -9,8 +9,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/look/checks.h"
-#include "apps/report/kit/figure.h"
-#include "apps/report/kit/html.h"
+#include "apps/report/kit/svg.h"
 
 namespace twocone::look {
 namespace {
@@ -45,7 +44,6 @@ class Plan {
     fmt::format_to(std::back_inserter(text_), format, std::forward<Args>(args)...);
     text_ += '\n';
   }
-  void add_raw(std::string_view svg) { text_ += svg; }
   void circle(std::string_view style, const Disc& disc) {
     add("<circle class=\"{}\" cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\"/>", style, x(disc.centre.x_m),
         y(disc.centre.y_m), px(disc.radius_m));
@@ -244,8 +242,10 @@ std::string draw_above(const Subject& subject, const Look& look, const sim_povra
              : look.findings.size() == 1 ? "1 disagreement"
                                          : fmt::format("{} disagreements", look.findings.size()));
   if (above) {
-    plan.add_raw(report::svg_image(kLeft_px, kTop_px, plan.width_px(), plan.height_px(),
-                                   report::jpeg_uri(*above, kJpegQuality)));
+    plan.add(
+        "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
+        "xlink:href=\"{}\"/>",
+        kLeft_px, kTop_px, plan.width_px(), plan.height_px(), report::jpeg_uri(*above, kJpegQuality));
   } else {
     plan.add("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#c9ced2\"/>", kLeft_px, kTop_px,
              plan.width_px(), plan.height_px());

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/summary/summary.h"
@@ -14,7 +16,6 @@
 namespace twocone::report {
 
 struct ReportSettings {
-  std::string gnuplot = "gnuplot";  ///< the program: a path, or a name looked up in PATH
   int error_budget_draws = 400;     ///< Monte Carlo draws for each line of the error budget, >= 1
   int error_budget_pose_step = 15;  ///< step between the frames whose poses the error budget uses, >= 1
   /// Called before each step with the fraction done, in [0, 1].
@@ -26,15 +27,18 @@ struct ReportResult {
   std::vector<std::string> notes;  ///< missing parts of the report, a sentence each; the report contains them too
 };
 
-/// Writes figures/*.svg, with the gnuplot scripts that drew them, and report.html into `run.folder`. Each file is
-/// written completely or not at all. report.html needs no other file and no network. Equal runs give equal bytes.
+/// Writes report.html into `run.folder`, completely or not at all. The page needs no other file and no network. Equal
+/// runs give equal bytes. An image of the arena from above is kept as figures/overhead.png.
 ///
 /// A run may be incomplete: cut off, with at most one frame, without ground truth or images, or with landmarks that
 /// were never seen. Its report shows the data that it has, and notes the data that are missing.
 ///
-/// Errors: kUnavailable (no gnuplot, or a file that cannot be written). A single figure that fails becomes a note.
+/// Errors: kUnavailable (the file cannot be written).
 /// @throws std::invalid_argument for draws or a step that are not positive, or a folder that does not exist
 Result<ReportResult> write_report(const runlog::RunData& run, const ReportSettings& settings = {});
+
+/// Returns the data of that page (web::document), whose notes are in `notes`. @throws as write_report()
+nlohmann::ordered_json report_json(const runlog::RunData& run, const ReportSettings& settings = {});
 
 /// Returns the results of a run as a table for a terminal. The table begins with the settings that repeat the run. It
 /// shows the range to each landmark and the position, with coverage, errors in millimetres, the paper's numbers and the

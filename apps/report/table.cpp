@@ -11,8 +11,8 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/method.h"
+#include "apps/report/data.h"
 #include "apps/report/kit/plain_text.h"
-#include "apps/report/page.h"
 #include "apps/report/paper.h"
 #include "localisation/pose_filter.h"
 #include "vision/ranging.h"
@@ -310,6 +310,8 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
     if (!import.empty()) import = fmt::format("twocone import{} --out RUN && ", import);
     return fmt::format("{}twocone localise RUN --method {}", import, shell_word(method));
   }
+  // What a person did cannot be repeated, what was seen can.
+  if (info.behaviour == "manual") return fmt::format("twocone localise RUN --method {}", shell_word(method));
   // The time budget comes from the file or from the command line. A repeated command may name both, because they are
   // equal. With twelve digits, the command's value divided by 1000 gives the same number again.
   using estimation::Method;

@@ -7,7 +7,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "apps/calibrate/report_json.h"
-#include "apps/report/kit/figure.h"
+#include "apps/report/kit/svg.h"
 #include "apps/survey/survey.h"
 #include "vision/uncertain_rig.h"
 
@@ -129,8 +129,7 @@ std::string figure(const Report& report) {
   for (const auto& pose : report.solution.result.poses) {
     if (pose) path += fmt::format("{:.1f},{:.1f} ", x(pose->x()), y(pose->y()));
   }
-  svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", path,
-                     report::kOdometryColour);
+  svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"#0072b2\" stroke-width=\"1.5\"/>\n", path);
   for (std::size_t i = 0; i < report.landmarks.size(); ++i) {
     const Landmark& l = report.landmarks[i].landmark;
     const Ellipse ellipse = ellipse_of(covariance_of(report, i));
@@ -142,7 +141,7 @@ std::string figure(const Report& report) {
         factor * ellipse.major_m * per_m, factor * ellipse.minor_m * per_m, x(l.x_m), y(l.y_m),
         -ellipse.direction_rad * 180 / std::numbers::pi);
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x(l.x_m) + l.radius_m * per_m + 4, y(l.y_m) - 6,
-                       l.name);
+                       report::escape(l.name));
   }
   return svg + "</svg>\n";
 }

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "apps/tradeoff/choice.h"
 #include "apps/tradeoff/sweep.h"
-#include "hal/result.h"
 
 namespace twocone::tradeoff {
 
@@ -36,15 +34,15 @@ std::string errors_csv(const Sweep& sweep);
 ///     peak_bytes render_bytes        of the program, of the largest POV-Ray process
 ///     robot_frontier simulation_frontier   1: the setting is on this frontier
 std::string tradeoff_csv(const Sweep& sweep);
+/// Returns tradeoff.json: the sweep with its rule, conclusions and growth in sentences. Each of its settings has the
+/// columns of tradeoff.csv as keys, and its description.
+std::string tradeoff_json(const Sweep& sweep);
+/// Returns index.html, the viewer with tradeoff.json: both planes of error over cost, with each setting under the
+/// pointer, and a table of all settings. It links to tradeoff.csv, errors.csv and tradeoff.json beside it.
+/// @param choice marked in the planes; may be null
+std::string page(const Sweep& sweep, const Choice* choice);
 /// Returns the text for the terminal, at most 120 columns of plain ASCII: header lines, the rule, the settings on a
 /// frontier by rising simulation time, the baseline, the unchanged robot file, counts, conclusions, and growth.
 std::string table(const Sweep& sweep);
-
-/// Writes both images (figures/robot_time.svg, figures/simulation_time.svg, with the gnuplot scripts that drew them)
-/// and the page (index.html), which shows each point's setting under the pointer. Creates the folder. The page needs no
-/// network; it links to errors.csv and tradeoff.csv beside it.
-/// @param choice marked in the images; may be null
-/// Errors: kUnavailable (no gnuplot, or files that cannot be written).
-Status write_images(const Sweep& sweep, const Choice* choice, const std::filesystem::path& folder);
 
 }  // namespace twocone::tradeoff

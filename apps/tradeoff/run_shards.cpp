@@ -208,6 +208,7 @@ Sweep finish_sweep(const Subject& subject, const SweepFolder& folder) {
   if (same != settings.end()) sweep.as_is = std::size_t(same - settings.begin());
   runlog::write_whole(folder.path() / "errors.csv", errors_csv(sweep));
   runlog::write_whole(folder.path() / "tradeoff.csv", tradeoff_csv(sweep));
+  runlog::write_whole(folder.path() / "tradeoff.json", tradeoff_json(sweep));
   runlog::write_whole(folder.path() / "tradeoff.txt", table(sweep));
   return sweep;
 }

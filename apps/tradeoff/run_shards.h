@@ -47,7 +47,7 @@ Sweep merge(const Plan& plan, const ShardRecord& all);
 /// Returns a setting's errors and times from the frames of all shards. @throws as merge
 Check check_of(const Plan& plan, const ShardRecord& all, std::size_t setting);
 
-/// Merges a complete folder and writes errors.csv, tradeoff.csv and tradeoff.txt into it.
+/// Merges a complete folder and writes errors.csv, tradeoff.csv, tradeoff.json and tradeoff.txt into it.
 /// @throws config::FileError as SweepFolder::read_all; runlog::DiskError
 Sweep finish_sweep(const Subject& subject, const SweepFolder& folder);
 

@@ -69,8 +69,9 @@ RunShard shard_runner(const config::Robot& robot, const config::Map& map, const 
 ///     shards/NNNN/         a finished shard: frames.csv ranges.csv renders.csv memory.csv render_memory.csv
 ///     errors.csv           depends only on robot, map, options, seed and program, not on how the shards were run
 ///     tradeoff.csv         the same with times and frontiers
+///     tradeoff.json        all of it, with the sentences
 ///     tradeoff.txt         the table and the conclusions
-///     index.html figures/*.svg
+///     index.html           the page
 ///
 /// A shard's folder is written under another name and then renamed, so it is either complete or absent. Several
 /// programs, also on several machines, may write shards of one sweep at the same time.

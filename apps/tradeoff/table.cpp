@@ -10,10 +10,12 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "apps/report/kit/plain_text.h"
 #include "apps/tradeoff/output.h"
-#include "apps/tradeoff/show/wording.h"
+#include "apps/tradeoff/wording.h"
+#include "apps/web/document.h"
 
 namespace twocone::tradeoff {
 namespace {
@@ -134,24 +136,22 @@ std::string counts(const Sweep& sweep) {
   return text;
 }
 
-// ---- CSV
+// ---- files
 
-/// A row's cells. Each cell is added with its head, so heads and cells always agree.
+using Json = nlohmann::ordered_json;
+
+/// A row of the files, by its heads. A number that does not exist is null.
 struct Row {
-  std::vector<std::string> heads, cells;
+  Json cells = Json::object();
 
-  void add(std::string_view head, std::string_view cell) {
-    heads.emplace_back(head);
-    cells.emplace_back(cell);
-  }
-  void add(std::string_view head, std::integral auto value) { add(head, fmt::to_string(value)); }
-  /// Adds the shortest digits that give the same number again; an empty cell for a number that is not finite.
-  void add(std::string_view head, double value) { add(head, std::isfinite(value) ? fmt::format("{}", value) : ""); }
+  void add(const std::string& head, std::string_view text) { cells[head] = text; }
+  void add(const std::string& head, std::integral auto value) { cells[head] = value; }
+  void add(const std::string& head, double value) { cells[head] = std::isfinite(value) ? Json(value) : Json(); }
   /// Adds NAME_UNIT, NAME_low_UNIT, NAME_high_UNIT. @param unit with its underscore; empty for a share
-  void add(std::string_view name, std::string_view unit, const Interval& interval) {
-    add(fmt::format("{}{}", name, unit), interval.value);
-    add(fmt::format("{}_low{}", name, unit), interval.low);
-    add(fmt::format("{}_high{}", name, unit), interval.high);
+  void add(const std::string& name, const std::string& unit, const Interval& interval) {
+    add(name + unit, interval.value);
+    add(name + "_low" + unit, interval.low);
+    add(name + "_high" + unit, interval.high);
   }
 };
 
@@ -168,12 +168,12 @@ void add_setting(Row& row, const Setting& setting) {
   row.add("frames", setting.frames);
 }
 
-void add_errors(Row& row, std::string_view name, std::string_view unit, const std::optional<ErrorFigures>& errors) {
+void add_errors(Row& row, const std::string& name, const std::string& unit, const std::optional<ErrorFigures>& errors) {
   const ErrorFigures figures = errors.value_or(kNoErrors);
-  row.add(fmt::format("{}_mean", name), unit, figures.mean);
-  row.add(fmt::format("{}_rmse", name), unit, figures.rmse);
-  row.add(fmt::format("{}_p95", name), unit, figures.p95);
-  row.add(fmt::format("{}_max{}", name, unit), figures.max);
+  row.add(name + "_mean", unit, figures.mean);
+  row.add(name + "_rmse", unit, figures.rmse);
+  row.add(name + "_p95", unit, figures.p95);
+  row.add(name + "_max" + unit, figures.max);
 }
 
 void add_result(Row& row, const SettingResult& result) {
@@ -187,10 +187,10 @@ void add_result(Row& row, const SettingResult& result) {
   row.add("bound_m", result.bound_m.value_or(kNoNumber));
 }
 
-void add_times(Row& row, std::string_view name, const TimeFigures& times) {
-  row.add(fmt::format("{}_median", name), "_s", times.median_s);
-  row.add(fmt::format("{}_spread_s", name), times.spread_s);
-  row.add(fmt::format("{}_p95", name), "_s", times.p95_s);
+void add_times(Row& row, const std::string& name, const TimeFigures& times) {
+  row.add(name + "_median", "_s", times.median_s);
+  row.add(name + "_spread_s", times.spread_s);
+  row.add(name + "_p95", "_s", times.p95_s);
 }
 
 void add_costs(Row& row, const SettingResult& result) {
@@ -205,22 +205,77 @@ void add_costs(Row& row, const SettingResult& result) {
   row.add("simulation_frontier", result.on_simulation_frontier ? 1 : 0);
 }
 
+/// Returns a cell; for a number, the shortest digits that give the same number again.
+std::string csv_cell(const Json& value) {
+  if (value.is_number_float()) return fmt::format("{}", value.get<double>());
+  return value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
+}
+
 std::string csv(const Sweep& sweep, bool has_costs) {
   std::string text;
   for (const SettingResult& result : sweep.settings) {
     Row row;
     add_result(row, result);
     if (has_costs) add_costs(row, result);
-    if (text.empty()) text = fmt::format("{}\n", fmt::join(row.heads, ","));
-    text += fmt::format("{}\n", fmt::join(row.cells, ","));
+    std::vector<std::string> heads, cells;
+    for (const auto& [head, value] : row.cells.items()) {
+      heads.push_back(head);
+      cells.push_back(csv_cell(value));
+    }
+    if (text.empty()) text = fmt::format("{}\n", fmt::join(heads, ","));
+    text += fmt::format("{}\n", fmt::join(cells, ","));
   }
   return text;
+}
+
+Json json_of(const Sweep& sweep) {
+  const auto index = [](const std::optional<std::size_t>& setting) { return setting ? Json(*setting) : Json(); };
+  Json json{{"version", sweep.version},
+            {"commit", sweep.commit},
+            {"compiler", sweep.compiler},
+            {"machine", sweep.machine},
+            {"robot", sweep.robot},
+            {"map", sweep.map},
+            {"seed", sweep.seed},
+            {"episodes", sweep.episodes},
+            {"landmarks", sweep.landmarks},
+            {"repeat", sweep.repeat},
+            {"rules", rule_sentences()},
+            {"least_answered", kLeastAnswered},
+            {"paper", {{"mean_error_m", kPaperMeanError_m}, {"time_s", kPaperTime_s}}},
+            {"as_is", index(sweep.as_is)},
+            {"baseline", index(baseline_of(sweep))},
+            {"conclusions", Json::object()},
+            {"growth", growth_sentences(sweep)},
+            {"settings", Json::array()}};
+  for (const auto& [axis, sentence] : conclusions(sweep))
+    json["conclusions"][std::string(facts_of(axis).name)] = sentence;
+  for (const SettingResult& result : sweep.settings) {
+    Row row;
+    row.add("is", describe(result.setting));
+    add_result(row, result);
+    add_costs(row, result);
+    json["settings"].push_back(std::move(row.cells));
+  }
+  return json;
 }
 
 }  // namespace
 
 std::string errors_csv(const Sweep& sweep) { return csv(sweep, false); }
 std::string tradeoff_csv(const Sweep& sweep) { return csv(sweep, true); }
+std::string tradeoff_json(const Sweep& sweep) {
+  return json_of(sweep).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string page(const Sweep& sweep, const Choice* choice) {
+  Json json = json_of(sweep);
+  json["page"] = "tradeoff";
+  if (choice != nullptr) {
+    json["choice"] = {{"setting", choice->setting ? Json(*choice->setting) : Json()}, {"why", choice->why}};
+  }
+  return web::document(json, fmt::format("twocone tradeoff: robot {}, seed {}", sweep.robot, sweep.seed), table(sweep));
+}
 
 std::string table(const Sweep& sweep) {
   std::string text = head(sweep) + "\n";

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <limits>
 #include <sstream>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -97,6 +100,48 @@ TEST(CompareJson, HoldsEverySourceRowAndGap) {
   EXPECT_EQ(json["within_limits"], false);
   EXPECT_EQ(json["level"].get<double>(), c.level);
   EXPECT_EQ(json["simulated"], c.simulated) << "unchanged, with its quotes";
+}
+
+TEST(CompareJson, HoldsPathsResidualsAndTheMap) {
+  const Comparison c = a_comparison();
+  const auto json = nlohmann::json::parse(to_json(c));
+  constexpr double kHalf = 0.5e-6;  // numbers are rounded to a millionth
+  const auto& real = json["paths"]["real"];
+  ASSERT_EQ(real["x_m"].size(), c.real_path.size());
+  EXPECT_NEAR(real["y_m"][7].get<double>(), c.real_path[7].y_m, kHalf);
+  const auto& points = json["residuals"]["real"];
+  ASSERT_EQ(points["landmark"].size(), c.real_residuals.size());
+  EXPECT_EQ(points["landmark"][1], 1);
+  EXPECT_NEAR(points["before_m"][1].get<double>(), c.real_residuals[1].before_m, kHalf);
+  EXPECT_NEAR(points["after_m"][1].get<double>(), c.real_residuals[1].after_m.value(), kHalf);
+  EXPECT_TRUE(json["residuals"]["simulated"]["after_m"][1].is_null());
+  EXPECT_EQ(json["map"]["landmarks"][0]["name"], "<red>");
+  EXPECT_EQ(json["rows"][0]["limit_key"], "rim_px");
+}
+
+TEST(CompareJson, HoldsAtMostTwoThousandResidualsAndStatesItsStep) {
+  Comparison c = a_comparison();
+  const std::vector<ResidualPoint> few = c.real_residuals;
+  while (c.real_residuals.size() < 6000) c.real_residuals.insert(c.real_residuals.end(), few.begin(), few.end());
+  const auto points = nlohmann::json::parse(to_json(c))["residuals"]["real"];
+  const auto landmarks = points["landmark"].get<std::vector<int>>();
+  EXPECT_EQ(points["every"], 3);
+  EXPECT_EQ(points["t_s"].size(), c.real_residuals.size() / 3);
+  EXPECT_EQ(std::ranges::count(landmarks, 0), std::ranges::count(landmarks, 1)) << "of each landmark";
+}
+
+TEST(CompareJson, WritesNumbersThatAreNotFiniteAsNull) {
+  Comparison c = a_comparison();
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  c.gaps.front() = {Quantity::kRange, "mm", nan, inf, -1, nan};
+  c.rows.front().simulated = nan;
+  c.simulated_path.front().x_m = nan;
+  c.real_residuals.front().before_m = inf;
+  const auto json = nlohmann::json::parse(to_json(c));
+  EXPECT_TRUE(json["gaps"][0]["before"].is_null() && json["gaps"][0]["after"].is_null());
+  EXPECT_TRUE(json["rows"][0]["simulated"].is_null());
+  EXPECT_TRUE(json["paths"]["simulated"]["x_m"][0].is_null());
+  EXPECT_TRUE(json["residuals"]["real"]["before_m"][0].is_null());
 }
 
 TEST(CompareJson, IsWithinLimitsWhereNoLightIsAmberOrRed) {

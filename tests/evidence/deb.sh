@@ -45,8 +45,8 @@ fi
 cp "$deb" "$root/root/twocone.deb"
 echo 'APT::Sandbox::User "root";' >"$root/etc/apt/apt.conf.d/99deb-evidence" # the user _apt cannot read /root
 in_debian 'apt-get -qq update && apt-get -qq install -y man-db >/dev/null 2>&1'
-# The recommended packages are installed too, because simulation needs POV-Ray; those that gnuplot and POV-Ray recommend are not.
-in_debian 'apt-get -qq install -y --no-install-recommends ./twocone.deb povray povray-includes gnuplot-nox' >"$build/deb-install.log" 2>&1 && installed=yes || installed=no
+# The recommended packages are installed too, because simulation needs POV-Ray; those that POV-Ray recommends are not.
+in_debian 'apt-get -qq install -y --no-install-recommends ./twocone.deb povray povray-includes' >"$build/deb-install.log" 2>&1 && installed=yes || installed=no
 row "installs on a fresh Debian ($suite)" "$(in_debian 'dpkg-query -W -f "\${db:Status-Status}" twocone' 2>&1)" "installed" "$installed"
 row "the installed binary is the built and tested one" "sha256 $(sha_of "$root/usr/bin/twocone" | cut -c1-16)" "${built:0:16}" "$(same "$(sha_of "$root/usr/bin/twocone")" "$built")"
 row "twocone --version there" "$(in_debian 'twocone --version')" "twocone $version" "$(same "$(in_debian 'twocone --version' | awk '{ print $2 }')" "$version")"

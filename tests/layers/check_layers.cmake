@@ -8,8 +8,8 @@ cmake_minimum_required(VERSION 3.25)
 # An area is a folder or, for drivers/backends, the files of that name. It may include the listed folders and headers.
 # The first area that fits is used. DRIVER is the driver's own folder.
 set(areas base hal vision localisation drivers/backends drivers/DRIVER
-          apps/behaviours apps/config apps/estimation apps/runlog apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate apps/survey
-          apps/look apps/compare apps/doctor apps/import apps/new_scene apps/as_built apps/print_bands apps/tradeoff apps/interface apps/twocone include bench examples)
+          apps/behaviours apps/config apps/estimation apps/runlog apps/telemetry apps/web apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate apps/survey
+          apps/look apps/compare apps/doctor apps/import apps/new_scene apps/as_built apps/print_bands apps/tradeoff apps/interface apps/viewer apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/pixel_truth.h drivers/sim_povray/place.h
                 drivers/sim_povray/scene_geometry.h drivers/sim_povray/scene_views.h drivers/sim_povray/session_settings.h
@@ -29,21 +29,25 @@ set(may_apps/config apps/config apps/behaviours base hal vision localisation ${d
 set(may_apps/estimation apps/estimation apps/config base hal/image.h hal/result.h hal/diff_drive.h hal/clock.h vision localisation)
 set(may_apps/error_budget apps/error_budget apps/config apps/behaviours base localisation vision)
 set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision localisation ${drivers_api})
-set(may_apps/runs apps/runs ${common})
+set(may_apps/telemetry apps/telemetry ${common})
+# The server and the page know no robot and no run.
+set(may_apps/web apps/web base hal/result.h)
+set(may_apps/runs apps/runs apps/telemetry ${common})
+set(may_apps/viewer apps/viewer apps/runs apps/telemetry apps/web ${common})
 # What the tables, pages and plots of all tools are made of. It knows poses and maps, and no result of any tool.
 set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h apps/runlog/storage/image_file.h base hal
     drivers/sim_povray/scene_views.h)
-set(may_apps/report apps/report apps/error_budget ${common})
+set(may_apps/report apps/report apps/error_budget apps/telemetry apps/web/document.h ${common})
 set(may_apps/calibrate apps/calibrate ${common})
 set(may_apps/survey apps/survey apps/calibrate apps/report/kit ${common})
-set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs ${common})
+set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs apps/telemetry apps/web/document.h ${common})
 set(may_apps/look apps/look apps/report/kit apps/runs ${common})
 set(may_apps/doctor apps/doctor ${common})
 set(may_apps/import apps/import apps/runlog apps/estimation/method.h apps/config base hal/image.h localisation)
 set(may_apps/new_scene apps/new_scene ${common})
 set(may_apps/as_built apps/as_built ${common})
 set(may_apps/print_bands apps/print_bands base vision)
-set(may_apps/tradeoff apps/tradeoff apps/report/kit ${common})
+set(may_apps/tradeoff apps/tradeoff apps/report/kit apps/web/document.h ${common})
 set(may_apps/twocone apps ${common})
 set(may_bench bench apps drivers base hal vision localisation tests/support)
 # The public interface stands alone; other programs see nothing else.
@@ -73,7 +77,7 @@ set(home_hal hal)
 set(home_vision vision)
 set(home_localisation localisation)
 set(home_backends drivers/backends.h)
-foreach(app behaviours config estimation runlog runs error_budget report calibrate survey look compare doctor new_scene as_built print_bands tradeoff)
+foreach(app behaviours config estimation runlog runs error_budget report calibrate survey look compare doctor new_scene as_built print_bands tradeoff telemetry web viewer)
   set(home_${app} apps/${app})
 endforeach()
 

@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "apps/config/to_layers.h"
-#include "apps/report/kit/figure.h"
-#include "apps/report/page.h"
 #include "apps/report/paper.h"
 #include "tests/report/synthetic_run.h"
 
@@ -97,76 +95,11 @@ TEST(RigNumbers, GivesNothingForOtherCones) {
   EXPECT_FALSE(rounding_error_m(run, run.map.landmarks[0]));
 }
 
-double luminance(const std::string& colour) {
-  const auto channel = [&](std::size_t at) {
-    const double code = std::stoi(colour.substr(at, 2), nullptr, 16) / 255.0;
-    return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
-  };
-  return 0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5);
-}
-
-TEST(Palette, LinesStandOutFromWhite) {
-  constexpr double kRounding = 0.03;  // of 8-bit codes
-  for (const std::array<double, 3>& colour : {std::array{1.0, 1.0, 0.0},
-                                              {0.0, 1.0, 0.0},
-                                              {0.0, 1.0, 1.0},
-                                              {1.0, 0.0, 1.0},
-                                              {1.0, 1.0, 1.0},
-                                              {0.03, 0.8, 0.8}}) {
-    const std::string line = line_colour(colour);
-    EXPECT_GE(1.05 / (luminance(line) + 0.05), 3 - kRounding) << line << " from " << own_colour(colour);
-  }
-  EXPECT_EQ(line_colour({0, 0, 1}), "#0000ff") << "dark enough as it is";
-  EXPECT_EQ(own_colour({0.2140, 2, -1}), "#7fff00");
-}
-
-// Catches a verdict without an explanation, and one that is explained in the terms of the other method.
-TEST(Palette, ExplainsEachVerdictInTheTermsOfItsMethod) {
-  for (const char* verdict : {"ok", "gap", "ambiguous", "not_seen", "too_few", "truncated", "no_match", "beyond_limit",
-                              "same_colour", "one_view", "occluded", "saturated", "two_candidates", "inconsistent",
-                              "impossible", "weak", "contradictory", "out_of_bounds", "no_image"}) {
-    EXPECT_NE(verdict_meaning(verdict, "outline"), "") << verdict;
-    EXPECT_NE(verdict_meaning(verdict, "paper"), "") << verdict;
-  }
-  EXPECT_EQ(verdict_meaning("never_heard_of", "outline"), "");
-  EXPECT_EQ(verdict_meaning("beyond_limit", "paper"), "too far: its disparity is not positive");
-  EXPECT_EQ(verdict_meaning("beyond_limit", "outline"),
-            "too far: within 3 sigma the images do not distinguish its range from infinity");
-  EXPECT_EQ(verdict_meaning("ambiguous", "paper"), "two positions fit the three ranges equally well");
-  EXPECT_EQ(verdict_meaning("ambiguous", "outline"), "two positions fit the measurements equally well");
-}
-
 TEST(PaperFigures, AreFoundByNameInAnyCase) {
   ASSERT_NE(paper::find_landmark("Cyan"), nullptr);
   EXPECT_EQ(paper::find_landmark("Cyan")->mean_mm, 62.93);
   EXPECT_EQ(paper::find_landmark("cya"), nullptr);
   EXPECT_EQ(paper::find_landmark("cyan "), nullptr);
-}
-
-TEST(ReadableLimit, LeavesOutOnlyAFewThatLieFarBeyond) {
-  std::vector<double> values;
-  for (int i = 1; i <= 100; ++i) values.push_back(i);
-  EXPECT_EQ(readable_limit(values), 100);
-  values.push_back(250);
-  EXPECT_EQ(readable_limit(values), 250) << "not far beyond";
-  values.back() = 5000;
-  EXPECT_EQ(readable_limit(values), 1.5 * 99);
-  EXPECT_EQ(readable_limit({3, 1000}), 1000) << "half of them are not a few";
-  EXPECT_EQ(readable_limit({0, 0, 0}), 0);
-  EXPECT_EQ(readable_limit({std::nan(""), 7}), 7);
-  EXPECT_EQ(readable_limit({}), 0);
-}
-
-TEST(Series, MatchesPosesToFramesByTime) {
-  runlog::RunData run = synthetic_run("unused", 5);
-  run.odometry.erase(run.odometry.begin() + 2);
-  run.odometry[1].t_s += 4e-7;  // as rounded in a file
-  const auto errors_m = odometry_errors_m(run);
-  ASSERT_EQ(errors_m.size(), 5U);
-  EXPECT_TRUE(errors_m[1]);
-  EXPECT_FALSE(errors_m[2]) << "no other frame's pose is taken for it";
-  EXPECT_NEAR(*errors_m[3], std::hypot(run.odometry[2].x_m - run.truth[3].x_m, run.odometry[2].y_m - run.truth[3].y_m),
-              1e-12);
 }
 
 }  // namespace

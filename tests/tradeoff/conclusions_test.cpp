@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/tradeoff/show/wording.h"
+#include "apps/tradeoff/wording.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/tradeoff/output.h"
-#include "apps/tradeoff/show/wording.h"
+#include "apps/tradeoff/wording.h"
 #include "tests/tradeoff/a_sweep.h"
 
 namespace twocone::tradeoff {
@@ -159,16 +159,6 @@ TEST(Wording, ANumberFitsItsColumn) {
   EXPECT_EQ(fitting(0.0312345, 5), "0.031");
   EXPECT_EQ(fitting(0.0000312, 4), "0.00");
   EXPECT_EQ(fitting(1234567, 5), "1e+06");
-}
-
-TEST(Wording, AShortNameContainsOnlyUnusualValues) {
-  const Usual usual{6, 15};
-  EXPECT_EQ(short_name({{320, 240, 2, Effects::kScene}, Level::kFine, 0, 6, true, 15, 4}, usual),
-            "320x240 +R2 fine x4");
-  EXPECT_EQ(short_name({{640, 480, 1, Effects::kFlat}, Level::kAdaptive, 0.0005, 4, false, 5, 1}, usual),
-            "640x480 flat adaptive 0.5mm 4lm ranges 5Hz");
-  EXPECT_EQ(usual_of(a_sweep()).landmarks, 6);
-  EXPECT_EQ(usual_of(a_sweep()).rate_hz, 15);
 }
 
 // ---- CSV

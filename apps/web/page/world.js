@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page of a simulated world that a program serves: its robots from above, and what their cameras see.
+import { el, facts, figure, fixed, plural, schemeToggle } from './kit.js';
+import { Plan } from './plan.js';
+import { setText } from './mirrors.js';
+import { Connection } from './live.js';
+
+const mostTrail = 4000;  // places
+const robotColours = ['c1', 'c2', 'c3', 'c4', 'c5', 'c6', 'c7', 'c8'];
+
+/** The page `world`. */
+export function worldPage() {
+  const title = el('h1', {}, 'twocone'), state = el('p', { class: 'state', role: 'status' });
+  const room = el('div'), numbers = el('div'), pictures = el('div', { class: 'beside' });
+  const trails = new Map(), views = new Map();
+  let plan, expected = [], robots = [];
+
+  const colourOf = (name) => robotColours[[...trails.keys()].indexOf(name) % robotColours.length];
+  const lines = {
+    world: ({ name, map }) => {
+      document.title = `${name}, served`;
+      setText(title, document.title);
+      trails.clear();
+      plan = new Plan({ map, label: 'The room from above, with the robots where they really are' });
+      room.replaceChildren(figure({ id: 'world', title: 'Room from above', caption: 'Robots where they really are.' }, plan.node));
+    },
+    robots: (message) => {
+      robots = message.robots;
+      expected = message.images;
+      for (const { name, x_m, y_m } of robots) {
+        if (!trails.has(name)) trails.set(name, []);
+        const trail = trails.get(name);
+        trail.push([x_m, y_m]);
+        if (trail.length > mostTrail) trail.shift();
+      }
+      plan.update({
+        paths: robots.map(({ name }) => ({ name, colour: colourOf(name), points: trails.get(name) })),
+        poses: robots.map((robot) => ({ ...robot, colour: colourOf(robot.name), radius_m: 0.15 })),
+        labels: robots.map(({ name, x_m, y_m }) => ({ text: name, at: [x_m, y_m], above: true })),
+      });
+      numbers.replaceChildren(facts(robots.map(({ name, t_s, x_m, y_m, heading_rad, contact }) => [name,
+        `${fixed(t_s, 2)} s, (${fixed(x_m, 3)}, ${fixed(y_m, 3)}) m, ${fixed(heading_rad * 180 / Math.PI, 1)}\u00b0`
+        + (contact ? `, touches ${contact}` : '')])));
+      const present = new Set(expected.map(({ robot, camera }) => `${robot} ${camera}`));
+      for (const [key, { node }] of views) {
+        if (!present.has(key)) {
+          node.remove();
+          views.delete(key);
+        }
+      }
+    },
+  };
+  const showImage = ({ frame: place, type, bytes }) => {
+    if (!expected[place]) return;
+    const key = `${expected[place].robot} ${expected[place].camera}`;
+    if (!views.has(key)) {
+      const image = el('img', { alt: `what ${key} sees` });
+      const node = el('figure', {}, image, el('figcaption', {}, key));
+      views.set(key, { image, node });
+      pictures.append(node);
+    }
+    const { image } = views.get(key), before = image.src;
+    image.src = URL.createObjectURL(new Blob([bytes], { type }));
+    if (before) URL.revokeObjectURL(before);
+  };
+  const tell = (connected) => {
+    state.dataset.state = connected ? 'good' : 'bad';
+    setText(state, connected ? `Connected; ${plural(robots.length, 'robot')}.` : 'Disconnected; connecting again\u2026');
+  };
+  let isConnected = false;
+  const token = new URLSearchParams(location.search).get('token') ?? '';
+  new Connection(`${location.protocol.replace('http', 'ws')}//${location.host}/stream?${new URLSearchParams({ token })}`, {
+    changed: (connected) => tell(isConnected = connected),
+    line: (message) => {
+      lines[message.type]?.(message);
+      tell(isConnected);
+    },
+    image: showImage,
+  });
+  document.getElementById('main').replaceChildren(el('header', {}, title, schemeToggle()), state, room, numbers, pictures);
+}

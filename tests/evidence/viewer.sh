@@ -1,0 +1,79 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# The viewer in real browsers while a robot drives: its controls, what serving costs, how soon wheels stop, stored pages, attacks,
+# lines of code. Takes about an hour. Nothing else should run meanwhile: most figures are times. The scripts print their rows as
+# `row | WHAT | FIGURE | TARGET | yes|no`.
+also=(tests/web tests/evidence/viewer)
+. "$(dirname "$0")/common.sh"
+scratch=$work/scratch
+scripts=tests/evidence/viewer
+mkdir -p "$scratch"
+
+trim() { sed 's/^ *//; s/ *$//' <<<"$1"; }
+# try NAME COMMAND...: runs a step and collects its rows; a step without rows is not met.
+try() {
+  local what figure target met found=no
+  step "$@"
+  while IFS='|' read -r _ what figure target met; do
+    found=yes
+    row "$(trim "$what")" "$(trim "$figure")" "$(trim "$target")" "$(trim "$met")"
+  done < <(grep -a '^row |' "$work/$1.log" || true)
+  [ $found = yes ] || row "$1" "$(tail -n 1 "$work/$1.log")" "figures" no
+}
+
+try controls_chromium node $scripts/controls.mjs "$scratch" chromium
+try controls_firefox node $scripts/controls.mjs "$scratch" firefox
+try serving node $scripts/serving.mjs "$scratch"
+for deed in tab kill cut; do try "stops_$deed" node $scripts/stops.mjs "$scratch" "$deed" "${TWOCONE_VIEWER_STOPS:-20}"; done
+
+# stored FRAMES: a run, and its report
+stored() {
+  rm -rf "$scratch/run_$1"
+  "$twocone" run --robot robots/lab_sim.yaml --frames "$1" --out "$scratch/run_$1" && "$twocone" report "$scratch/run_$1"
+}
+for frames in 450 9000; do
+  step "report_$frames" stored "$frames"
+  try "opened_$frames" node $scripts/stored.mjs "$scratch/run_$frames/report.html" "report of a run of $frames frames"
+done
+step compare "$twocone" compare "$scratch/run_450" "$scratch/wander" --out "$scratch/compare"
+step sweep "$twocone" tradeoff --robot robots/lab_sim.yaml --budget-minutes 2 --out "$scratch/sweep"
+try opened_compare node $scripts/stored.mjs "$scratch/compare/compare.html" "page of a comparison"
+try opened_sweep node $scripts/stored.mjs "$scratch/sweep/index.html" "page of a sweep"
+try keyboard node $scripts/keyboard.mjs "$scratch" "$scratch"/{run_450/report,compare/compare,sweep/index}.html
+
+# The images of the docs, with few colours because they are small so.
+images() {
+  local name
+  node $scripts/stored.mjs "$scratch/run_450/report.html" "" "$scratch/viewer-report.png" 1200 1500 || return 1
+  for name in live report phone; do
+    convert "$scratch/viewer-$name.png" -colors 200 "PNG8:docs/images/viewer-$name.png" || return 1
+    stat -c "%n %s" "docs/images/viewer-$name.png"
+  done
+}
+step images images
+largest=$(awk '{ if ($2 > most) most = $2 } END { print most + 0 }' "$work/images.log")
+row "images of the docs: the largest of $(grep -c . "$work/images.log")" "$((largest / 1000)) kB" "at most 300 kB" "$(holds "$largest > 0 && $largest <= 300000")"
+
+# The robot drives with the optimised program, for the frames that begin late, and with AddressSanitizer.
+step release_build cmake --build --preset release --target web_attack
+try attacks node $scripts/attacks.mjs "$scratch" "$twocone" build/release/tests/web/web_attack 100000
+step asan_build bash -c 'cmake --preset asan && cmake --build --preset asan --target twocone web_attack'
+try attacks_asan node $scripts/attacks.mjs "$scratch" build/asan/twocone build/asan/tests/web/web_attack 100000
+
+before_commit=d3e9837d
+rm -rf "$work/before"
+mkdir "$work/before"
+git archive "$before_commit" | tar -x -C "$work/before"
+lines_of() { cloc --quiet --csv --include-lang="$1" "${@:2}" | sed -n 's/.*,SUM,.*,\([0-9]*\)$/\1/p'; }
+folders=(include base hal vision localisation drivers apps)
+before=$(lines_of 'C++,C/C++ Header' "${folders[@]/#/$work/before/}")
+now=$(lines_of 'C++,C/C++ Header' "${folders[@]}")
+row "lines of C++ of ${folders[*]}" "$before before ($before_commit), $now now: $((before - now)) fewer" "at least 2,500 fewer" "$(holds "$before - $now >= 2500")"
+page_lines=$(lines_of 'JavaScript,CSS,HTML' apps/web/page)
+row "lines of JavaScript, CSS and HTML of the viewer" "$page_lines" "at most 3,500" "$(holds "$page_lines <= 3500")"
+step node_tests node --test --test-reporter=tap tests/web/*.test.mjs
+row "its logic, tested by node's runner ($(node --version))" "$(sed -n 's/^# \(tests\|pass\|fail\) \(.*\)/\1 \2/p' "$work/node_tests.log" | paste -sd, | sed 's/,/, /g')" "all pass" "$(passed node_tests)"
+
+for name in controls_chromium controls_firefox keyboard attacks attacks_asan; do block "$name" "$(grep -av '^row |' "$work/$name.log" | head -n 60 || true)"; done
+block "Seconds until the wheels stand: tab closed, browser killed, connection cut" "$(grep -hav '^row |' "$work"/stops_*.log)"
+page "the viewer"
