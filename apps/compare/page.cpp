@@ -9,7 +9,7 @@
 #include "apps/compare/exhibits.h"
 #include "apps/estimation/image_as_mat.h"
 #include "apps/report/kit/overhead.h"
-#include "apps/report/kit/svg.h"
+#include "apps/runlog/storage/image_file.h"
 #include "apps/web/document.h"
 
 namespace twocone::compare {
@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 Json uri_of(const cv::Mat& image) {
   constexpr int kQuality = 85;
-  return image.empty() ? Json() : Json(report::jpeg_uri(estimation::as_image(image), kQuality));
+  return image.empty() ? Json() : Json(runlog::jpeg_uri(estimation::as_image(image), kQuality));
 }
 
 Json views_of(const std::array<ExhibitView, 2>& views) {

@@ -10,6 +10,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/look/checks.h"
 #include "apps/report/kit/svg.h"
+#include "apps/runlog/storage/image_file.h"
 
 namespace twocone::look {
 namespace {
@@ -245,7 +246,7 @@ std::string draw_above(const Subject& subject, const Look& look, const sim_povra
     plan.add(
         "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
         "xlink:href=\"{}\"/>",
-        kLeft_px, kTop_px, plan.width_px(), plan.height_px(), report::jpeg_uri(*above, kJpegQuality));
+        kLeft_px, kTop_px, plan.width_px(), plan.height_px(), runlog::jpeg_uri(*above, kJpegQuality));
   } else {
     plan.add("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#c9ced2\"/>", kLeft_px, kTop_px,
              plan.width_px(), plan.height_px());

@@ -32,19 +32,6 @@ std::optional<Row> row_at(const std::vector<Row>& table, std::uint64_t frame) {
   return row != table.end() && row->frame == frame ? std::optional(*row) : std::nullopt;
 }
 
-std::string base64(const Bytes& bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8U | (k < count ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
-}
-
 /// Rounds all numbers to nine digits, which are more than any measurement here has. It halves a page.
 // NOLINTNEXTLINE(misc-no-recursion): as deep as a line of telemetry.
 void shorten(Json& json) {
@@ -58,7 +45,7 @@ void shorten(Json& json) {
 /// Returns a small copy of an image file; nothing if the file cannot be read.
 std::optional<std::string> small_image(const std::filesystem::path& file) {
   constexpr int kWidth_px = 320;
-  constexpr int kQuality = 55;
+  constexpr int kQuality = 40;
   const auto image = runlog::read_rgb(file);
   if (!image) return std::nullopt;
   cv::Mat small = *image;
@@ -67,9 +54,7 @@ std::optional<std::string> small_image(const std::filesystem::path& file) {
     cv::resize(*image, small, {kWidth_px, height_px}, 0, 0, cv::INTER_AREA);
   }
   Image rgb{small.cols, small.rows, PixelFormat::kRgb8, Bytes(small.datastart, small.dataend)};
-  const auto jpeg = to_mjpeg(rgb, kQuality);
-  if (!jpeg) return std::nullopt;
-  return "data:image/jpeg;base64," + base64(jpeg->bytes);
+  return runlog::jpeg_uri(rgb, kQuality);
 }
 
 }  // namespace
@@ -121,7 +106,8 @@ Json StoredRun::frame(std::size_t row) const {
 }
 
 Json embedded(const StoredRun& run) {
-  const std::size_t every = std::max<std::size_t>(1, (run.size() + kMostFrames - 1) / kMostFrames);
+  const std::size_t every =
+      run.size() <= kMostFrames ? 1 : std::max<std::size_t>(2, (run.size() + kMostOfLongRun - 1) / kMostOfLongRun);
   Json frames = Json::array(), images = Json::object();
   for (std::size_t row = 0; row < run.size(); row += every) {
     shorten(frames.emplace_back(run.frame(row)));

@@ -89,8 +89,10 @@ class StoredRun {
 };
 
 /// What a stored page embeds of a run: `run`, `frames`, `images` (by frame number, `lower` and `upper` as data URIs of
-/// JPEG images 320 pixels wide) and `every`: only each such frame is there, so that there are at most kMostFrames.
+/// JPEG images 320 pixels wide) and `every`: only each such frame is there. A run of up to kMostFrames has all, a
+/// longer one at most kMostOfLongRun, because its page holds more besides.
 constexpr std::size_t kMostFrames = 450;
+constexpr std::size_t kMostOfLongRun = 300;
 nlohmann::ordered_json embedded(const StoredRun& run);
 
 }  // namespace twocone::telemetry

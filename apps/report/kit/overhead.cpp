@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/report/kit/svg.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/image_file.h"
 #include "drivers/sim_povray/scene_views.h"
@@ -48,7 +47,7 @@ Result<Image> rendered_or_kept(const config::Map& map, const std::filesystem::pa
 std::optional<std::string> overhead_uri(const std::filesystem::path& folder, const config::Map& map,
                                         std::string_view what_is, std::vector<std::string>& notes) {
   const Result<Image> image = rendered_or_kept(map, folder / "overhead.png");
-  if (image) return jpeg_uri(*image, kOverheadQuality);
+  if (image) return runlog::jpeg_uri(*image, kOverheadQuality);
   notes.push_back(fmt::format("{} drawn over a plan instead of an image of the arena from above: {}", what_is,
                               image.error().message));
   return std::nullopt;

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "apps/report/kit/plain_text.h"
-#include "base/errors.h"
 
 namespace twocone::report {
 namespace {
@@ -16,20 +15,6 @@ int srgb_code(double linear) {
   const double value = std::isfinite(linear) ? std::clamp(linear, 0.0, 1.0) : 0.0;
   const double coded = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;  // IEC 61966-2-1
   return int(std::lround(255 * coded));
-}
-
-/// Returns the base64 encoding of RFC 4648, padded.
-std::string base64(const Bytes& bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8U | (k < there ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= there ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
 }
 
 std::string_view entity_of(std::string_view character) {
@@ -62,12 +47,6 @@ std::string escape(std::string_view text) {
 
 std::string own_colour(const std::array<double, 3>& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", srgb_code(colour[0]), srgb_code(colour[1]), srgb_code(colour[2]));
-}
-
-std::string jpeg_uri(const Image& image, int quality) {
-  const auto jpeg = to_mjpeg(image, quality);
-  if (!jpeg) throw base::FormattedError("{}", jpeg.error().message);
-  return "data:image/jpeg;base64," + base64(jpeg->bytes);
 }
 
 }  // namespace twocone::report

@@ -5,8 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include "hal/image.h"
-
 /// Parts of SVG files.
 namespace twocone::report {
 
@@ -16,8 +14,5 @@ std::string escape(std::string_view text);
 
 /// Returns a landmark's own colour: "#rrggbb", sRGB. @param colour linear rgb, limited to [0, 1]
 std::string own_colour(const std::array<double, 3>& colour);
-
-/// Returns `image` as "data:image/jpeg;base64,...". @param quality as of to_mjpeg. @throws base::FormattedError as it
-std::string jpeg_uri(const Image& image, int quality);
 
 }  // namespace twocone::report

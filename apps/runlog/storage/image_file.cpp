@@ -13,6 +13,7 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/estimation/image_as_mat.h"
+#include "base/errors.h"
 
 namespace twocone::runlog {
 namespace {
@@ -151,6 +152,20 @@ void write(const std::filesystem::path& file, const Pixels& pixels) {
   write_whole(file, bytes);
 }
 
+/// Returns the base64 encoding of RFC 4648, padded.
+std::string base64(const Bytes& bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = group << 8U | (k < there ? bytes[i + k] : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= there ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
 }  // namespace
 
 Result<Image> read_image(const std::filesystem::path& file) {
@@ -190,6 +205,12 @@ void write_image(const std::filesystem::path& file, const Image& image) {
 void write_grey16(const std::filesystem::path& file, int width_px, int height_px,
                   std::span<const std::uint16_t> pixels) {
   write(file, {width_px, height_px, 16, PNG_COLOR_TYPE_GRAY, reinterpret_cast<const std::uint8_t*>(pixels.data())});
+}
+
+std::string jpeg_uri(const Image& image, int quality) {
+  const auto jpeg = to_mjpeg(image, quality);
+  if (!jpeg) throw base::FormattedError("{}", jpeg.error().message);
+  return "data:image/jpeg;base64," + base64(jpeg->bytes);
 }
 
 }  // namespace twocone::runlog

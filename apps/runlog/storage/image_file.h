@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include <opencv2/core/mat.hpp>
@@ -28,6 +29,10 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file);
 /// Writes an image completely or not at all: with one channel if it is kGrey8, else with three. @throws DiskError, and
 /// base::FormattedError if the image cannot be converted
 void write_image(const std::filesystem::path& file, const Image& image);
+
+/// Returns an image as text for a page: "data:image/jpeg;base64,...". @param quality as of to_mjpeg.
+/// @throws base::FormattedError if the image cannot be converted
+std::string jpeg_uri(const Image& image, int quality);
 
 /// Writes an image of one channel with 16 bits. @param pixels rows from the top, `width_px` x `height_px`.
 /// @throws DiskError

@@ -136,7 +136,7 @@ namespace {
 // --scene` add.
 constexpr std::array kRunFiles{"run.yaml",  "run.log",           "frames.csv",       "drive.csv",
                                "truth.tum", "odometry.tum",      RunLock::kFileName, "report.html",
-                               "figures",   "rendered_from.txt", "methods"};
+                               "figures",   "rendered_from.txt", "methods",          "telemetry.jsonl"};
 
 [[noreturn]] void refuse(const fs::path& folder, const std::string& why) {
   throw DiskError("--force does not replace {}: {}", folder.string(), why);

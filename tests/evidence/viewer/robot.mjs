@@ -44,13 +44,13 @@ export function servingTime_s(pid) {
  * Returns when a run began, by the wall clock in milliseconds. The log has the time of day of "frame K: a person stopped the
  * wheels", which is decided directly after the answer to the frame that is `latency` earlier. The earliest of several is the
  * least delayed one.
- * @param answered a Map from a frame's number to the time of its answer, in seconds since the run began
+ * @param answers a Map from a frame's number to [arrival, answer], in seconds since the run began
  */
-export function beginOfRun_ms(folder, latency, answered) {
+export function beginOfRun_ms(folder, latency, answers) {
   const begins = [];
   for (const line of readFileSync(`${folder}/run.log`, 'utf8').split('\n')) {
     const found = /^(\S+) \S+ run: frame (\d+): a person (?:stopped|freed)/.exec(line);
-    const answer_s = found && answered.get(Number(found[2]) - latency);
+    const [, answer_s] = (found && answers.get(Number(found[2]) - latency)) ?? [];
     if (answer_s) begins.push(Date.parse(found[1]) - 1000 * answer_s);
   }
   return Math.min(...begins);

@@ -38,7 +38,7 @@ export class User {
       await act(control);
       if (!await this.page.holds(effect)) throw new Error(`no effect: ${effect}`);
     } catch (error) {
-      this.faults.push(`${what}: ${error.message}`);
+      this.faults.push(`use ${this.uses}, ${what}: ${error.message}`);
     }
   }
 

@@ -12,7 +12,6 @@
 #include "apps/config/to_layers.h"
 #include "apps/estimation/image_as_mat.h"
 #include "apps/report/data.h"
-#include "apps/report/kit/svg.h"
 #include "apps/runlog/storage/image_file.h"
 #include "vision/paper_ranging.h"
 #include "vision/unwrap.h"
@@ -142,7 +141,7 @@ Json disparity_json(const runlog::RunData& run, std::vector<std::string>& notes)
           {"width_px", crop.width},
           {"height_px", crop.height},
           {"centre_px", place(s.centre_px)},
-          {"image", jpeg_uri(estimation::as_image(both(crop)), 85)},
+          {"image", runlog::jpeg_uri(estimation::as_image(both(crop)), 85)},
           {"matches", std::move(matches)}};
 }
 
@@ -160,7 +159,7 @@ Json panoramas_json(const runlog::RunData& run) {
          {std::tuple{"lower", &images->lower, &rig.lower}, std::tuple{"upper", &images->upper, &rig.upper}}) {
       cv::Mat small;
       cv::resize(vision::unwrap(*image, *view, 2 * kWidth_px), small, {kWidth_px, kHeight_px}, 0, 0, cv::INTER_AREA);
-      json[name] = jpeg_uri(estimation::as_image(small), 78);
+      json[name] = runlog::jpeg_uri(estimation::as_image(small), 78);
     }
     json["marks"] = Json::array();
     for (const runlog::RangeRow& range : run.ranges) {
