@@ -169,7 +169,7 @@ expect 'new onto the scene itself' 1 'the wrapper would replace the scene' "$two
 [ -e "$work/new" ] && fail 'new: a folder was left behind'
 mkdir "$work/new" && touch "$work/new/lab.yaml"
 expect 'new onto a robot file' 1 'lab.yaml exists: --force replaces it' "$twocone" new scenes/lab.pov --out "$work/new"
-expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, serve, effects" "$twocone" dance
+expect 'unknown subcommand' 2 "no subcommand 'dance'; there are: run, localise, report, view, serve, effects" "$twocone" dance
 expect 'unknown option' 2 'bogus' "$twocone" run --robot robots/small.yaml --bogus
 expect 'misspelt option' 2 "unknown option '--frame', did you mean --frames\\? \\(see twocone run --help\\)" "$twocone" run --robot robots/small.yaml --frame 3
 expect 'unexpected words' 2 "nothing is expected at 'one' 'two' 'three'" "$twocone" run --robot robots/small.yaml one two three
@@ -198,6 +198,11 @@ expect 'no frames' 2 'frames' "$twocone" run --robot robots/small.yaml --frames 
 expect 'unknown method' 2 'method' "$twocone" run --robot robots/small.yaml --method magic
 expect 'time budget of 0 ms' 2 '--budget-ms: the time budget is 0 ms, must be > 0 ms' "$twocone" run --robot robots/small.yaml --budget-ms 0
 expect 'time budget of method paper' 2 '--budget-ms: method paper has no stages' "$twocone" run --robot robots/small.yaml --method paper --budget-ms 20
+expect 'driving by hand without a page' 2 'behaviour manual needs --live' "$twocone" run --robot robots/small.yaml --behaviour manual
+expect 'a port that is none' 2 "'99999' is no port" "$twocone" run --robot robots/small.yaml --live 99999
+expect 'an address by name' 2 'live-address' "$twocone" run --robot robots/small.yaml --live --live-address localhost
+expect 'a page at an address of another machine' 1 '192.0.2.1:0: ' "$twocone" run --robot robots/small.yaml --live --live-address 192.0.2.1 --frames 1
+expect 'a view of no run' 1 'no run here, and none in the folders below it' "$twocone" view "$lab/robots"
 expect 'unknown behaviour' 2 'behaviour' "$twocone" run --robot robots/small.yaml --behaviour dance
 
 # A full disk: a file system of 1 MiB in a separate mount namespace.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The viewer in real browsers while a robot drives: its controls, what serving costs, how soon wheels stop, stored pages, attacks,
-# lines of code. Takes about an hour. Nothing else should run meanwhile: most figures are times. The scripts print their rows as
+# lines of code. Takes about an hour. Nothing else should run meanwhile: most figures are times. The scripts print rows as
 # `row | WHAT | FIGURE | TARGET | yes|no`.
 also=(tests/web tests/evidence/viewer)
 . "$(dirname "$0")/common.sh"
@@ -21,10 +21,14 @@ try() {
   [ $found = yes ] || row "$1" "$(tail -n 1 "$work/$1.log")" "figures" no
 }
 
-try controls_chromium node $scripts/controls.mjs "$scratch" chromium
-try controls_firefox node $scripts/controls.mjs "$scratch" firefox
+try controls_chromium node $scripts/controls.mjs "$scratch" chromium pointer
+try controls_keys node $scripts/controls.mjs "$scratch" chromium keys
+# Keys press no buttons in a headless Firefox, whose window is never active.
+try controls_firefox node $scripts/controls.mjs "$scratch" firefox pointer
 try serving node $scripts/serving.mjs "$scratch"
 for deed in tab kill cut; do try "stops_$deed" node $scripts/stops.mjs "$scratch" "$deed" "${TWOCONE_VIEWER_STOPS:-20}"; done
+
+rm -rf "$scratch"/{wander,manual,program,browser,prompt,slow,stops_*} # gigabytes of images
 
 # stored FRAMES: a run, and its report
 stored() {
@@ -35,11 +39,11 @@ for frames in 450 9000; do
   step "report_$frames" stored "$frames"
   try "opened_$frames" node $scripts/stored.mjs "$scratch/run_$frames/report.html" "report of a run of $frames frames"
 done
-step compare "$twocone" compare "$scratch/run_450" "$scratch/wander" --out "$scratch/compare"
-step sweep "$twocone" tradeoff --robot robots/lab_sim.yaml --budget-minutes 2 --out "$scratch/sweep"
+step compare "$twocone" compare "$scratch/run_450" "$scratch/alone" --out "$scratch/compare"
+step sweep "$twocone" tradeoff --robot robots/lab_sim.yaml --episodes 6 --validation-episodes 6 --out "$scratch/sweep"
 try opened_compare node $scripts/stored.mjs "$scratch/compare/compare.html" "page of a comparison"
 try opened_sweep node $scripts/stored.mjs "$scratch/sweep/index.html" "page of a sweep"
-try keyboard node $scripts/keyboard.mjs "$scratch" "$scratch"/{run_450/report,compare/compare,sweep/index}.html
+try access node $scripts/access.mjs "$scratch" "$scratch"/{run_450/report,compare/compare,sweep/index}.html
 
 # The images of the docs, with few colours because they are small so.
 images() {
@@ -59,6 +63,7 @@ step release_build cmake --build --preset release --target web_attack
 try attacks node $scripts/attacks.mjs "$scratch" "$twocone" build/release/tests/web/web_attack 100000
 step asan_build bash -c 'cmake --preset asan && cmake --build --preset asan --target twocone web_attack'
 try attacks_asan node $scripts/attacks.mjs "$scratch" build/asan/twocone build/asan/tests/web/web_attack 100000
+rm -rf "$scratch"/attacked
 
 before_commit=d3e9837d
 rm -rf "$work/before"
@@ -74,6 +79,9 @@ row "lines of JavaScript, CSS and HTML of the viewer" "$page_lines" "at most 3,5
 step node_tests node --test --test-reporter=tap tests/web/*.test.mjs
 row "its logic, tested by node's runner ($(node --version))" "$(sed -n 's/^# \(tests\|pass\|fail\) \(.*\)/\1 \2/p' "$work/node_tests.log" | paste -sd, | sed 's/,/, /g')" "all pass" "$(passed node_tests)"
 
-for name in controls_chromium controls_firefox keyboard attacks attacks_asan; do block "$name" "$(grep -av '^row |' "$work/$name.log" | head -n 60 || true)"; done
-block "Seconds until the wheels stand: tab closed, browser killed, connection cut" "$(grep -hav '^row |' "$work"/stops_*.log)"
+for name in controls_chromium controls_keys controls_firefox access attacks attacks_asan; do
+  found=$(grep -av '^row |' "$work/$name.log" | head -n 60 || true)
+  [ -z "$found" ] || block "Found by $name" "$found"
+done
+block "Seconds until the wheels stand, each time" "$(grep -av '^row |' "$work"/stops_*.log | sed 's|.*/||; s|\.log:|: |')"
 page "the viewer"

@@ -34,7 +34,7 @@ set(may_apps/telemetry apps/telemetry ${common})
 set(may_apps/web apps/web base hal/result.h)
 set(may_apps/runs apps/runs apps/telemetry ${common})
 set(may_apps/viewer apps/viewer apps/runs apps/telemetry apps/web ${common})
-# What the tables, pages and plots of all tools are made of. It knows poses and maps, and no result of any tool.
+# What the tables and drawings of all tools are made of. It knows poses and maps, and no result of any tool.
 set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h apps/runlog/storage/image_file.h base hal
     drivers/sim_povray/scene_views.h)
 set(may_apps/report apps/report apps/error_budget apps/telemetry apps/web/document.h ${common})

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/report/kit/svg.h"
+#include "apps/runlog/storage/image_file.h"
 
 #include <gtest/gtest.h>
 
@@ -34,7 +35,7 @@ TEST(JpegUri, HoldsTheBytesOfTheJpeg) {
   const Image image{5, 3, PixelFormat::kGrey8, std::vector<std::uint8_t>(15, 90)};
   const auto jpeg = to_mjpeg(image, 80);
   ASSERT_TRUE(jpeg);
-  const std::string uri = jpeg_uri(image, 80);
+  const std::string uri = runlog::jpeg_uri(image, 80);
   constexpr std::string_view kHead = "data:image/jpeg;base64,";
   ASSERT_TRUE(uri.starts_with(kHead));
   EXPECT_EQ(uri.substr(kHead.size(), 4), "/9j/") << "FF D8 FF";

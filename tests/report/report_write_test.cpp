@@ -233,8 +233,8 @@ TEST(WriteReport, HasBothAnswersOfAnAmbiguousFrame) {
 TEST(WriteReport, HasEveryFrameOfALongRunInItsFigures) {
   const ScratchFolder scratch;
   const Json data = written(synthetic_run(scratch.path(), 1000));
-  EXPECT_EQ(data["every"], 3);
-  EXPECT_EQ(data["frames"].size(), 334U);
+  EXPECT_EQ(data["every"], 4);
+  EXPECT_EQ(data["frames"].size(), 250U);
   EXPECT_EQ(data["frame"].size(), 1000U);
   EXPECT_EQ(data["landmarks"][0]["range_m"].size(), 1000U);
 }

@@ -125,9 +125,11 @@ export class Browser {
   }
   /** Moves a pointer to a share of an element's size from its middle. `then` is what it does there. */
   async point(element, right = 0, down = 0, { then = () => [], pointerType = 'mouse' } = {}) {
-    const [x, y, w, h, isFree] = await this.call(`arguments[0].scrollIntoView({ block: 'center', behavior: 'instant' });
-      const { x, y, width: w, height: h } = arguments[0].getBoundingClientRect();
-      return [x, y, w, h, arguments[0].contains(document.elementFromPoint(x + w / 2, y + h / 2))];`, element);
+    const [x, y, w, h, isFree] = await this.call(`const [element] = arguments;
+      const box = () => element.getBoundingClientRect();
+      const isFree = ({ x, y, width, height }) => element.contains(document.elementFromPoint(x + width / 2, y + height / 2));
+      if (!isFree(box()) || box().top < 0 || box().bottom > innerHeight) element.scrollIntoView({ block: 'center', behavior: 'instant' });
+      return [box().x, box().y, box().width, box().height, isFree(box())];`, element);
     if (!isFree) throw new Error('something covers it');
     const move = (to, below) => ({ type: 'pointerMove', duration: 30, x: Math.round(x + (0.5 + to) * w), y: Math.round(y + (0.5 + below) * h) });
     await this.perform({ type: 'pointer', id: pointerType, parameters: { pointerType }, actions: [move(right, down), ...then(move)] });

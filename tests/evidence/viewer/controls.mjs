@@ -1,120 +1,143 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uses every control of the live page while a robot drives, and compares the page's numbers with the run's tables.
-//   node controls.mjs SCRATCH chromium|firefox
+// Uses every control of the live page while a robot drives, with a pointer or with keys alone, and compares the page's numbers
+// with the run's tables.
+//   node controls.mjs SCRATCH chromium|firefox pointer|keys
 import { mkdirSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { resolve } from 'node:path';
 import { row, sleep, until } from './kit.mjs';
 import { hasRows, startRun, streamOf, table } from './robot.mjs';
 import { openStream } from './stream.mjs';
-import { User, button, floor, isFree, isPaused, isStopped, moved, node, ticks } from './user.mjs';
+import { User, button, floor, node, ticks } from './user.mjs';
 
-const [scratch, browser] = process.argv.slice(2);
-const saved = resolve(scratch, 'saved');
+const [scratch, browser, tool] = process.argv.slice(2);
+const saved = resolve(scratch, 'saved'), byKeys = tool === 'keys';
 const faults = [], errors = [];
 let user, page, uses = 0, compared = 0;
-const use = (...given) => user.use(...given);
+
+const moved = 'see.frame() !== was', isPaused = 'see.text(".play") === "Play"';
+const isStopped = '(see.node("button", "Go") !== undefined)', isFree = `!${isStopped}`;
+const pressed = (control, value) => `${control}.ariaPressed === "${value}"`;
+const changes = (what) => [`${what} !== was`, { before: what }];
+
+/** Uses a control: with keys (reached with Tab), or by a click or what `pointer` does. Choices are made with keys. */
+function use(control, keys, effect, { before, pointer = (found) => page.click(found) } = {}) {
+  if (byKeys) return user.press(control, keys, effect, { before, isReached: true });
+  return control.includes('"select"') ? user.press(control, keys, effect, { before }) : user.use(control, effect, { before, act: pointer });
+}
 
 async function usePlayer() {
-  const pressed = (name, value) => `${button(name)}.ariaPressed === "${value}"`;
-  await use(button('Pause'), isPaused);
+  const slider = node('input', 'Frame'), verdict = node('select', 'Verdict');
+  await use(button('Pause'), 'Enter', isPaused);
   await sleep(500);  // a frame may still be being drawn
-  await use(button('One frame back'), 'see.frame() === was - 1');
-  await use(button('One frame on'), 'see.frame() === was + 1');
-  await use(node('input', 'Frame'), 'see.frame() < was - 5', { act: (slider) => page.drag(slider, [-0.3, 0], [-0.3, 0]) });
-  await user.press(node('select', 'Speed'), ['ArrowDown', 'ArrowDown'], 'see.node(".player select").value === "4"');
-  await use(button('Play'), 'see.frame() > was + 8');
-  await use(button('Pause'), isPaused);
-  await user.press(node('select', 'Frames chosen by the verdict of'), 'f', `!${node('select', 'Verdict')}.disabled`);
-  await user.press(node('select', 'Verdict'), ['o', 'k'], `${node('select', 'Verdict')}.value === "ok"`);
-  await use(button('Previous chosen frame'), moved);
-  await use(button('Next chosen frame'), moved);
-  await use(button('Live'), `${pressed('Live', true)} && see.frame() > was`);
-  await use(button('Pause'), isPaused);
-  await use(button('Outlines'), pressed('Outlines', false));
-  await use(button('Outlines'), pressed('Outlines', true));
-  await use(button('Keys'), 'document.querySelector("dialog").open');
-  await use(button('Close'), '!document.querySelector("dialog").open');
+  await use(button('One frame back'), 'Enter', 'see.frame() === was - 1');
+  await use(button('One frame on'), ' ', 'see.frame() === was + 1');
+  await use(slider, ['Home', 'ArrowRight'], 'see.frame() < was - 5', { pointer: (found) => page.drag(found, [-0.3, 0], [-0.3, 0]) });
+  await use(node('select', 'Speed'), ['ArrowDown', 'ArrowDown'], 'see.node("select", "Speed").value === "4"');
+  await use(button('Play'), 'Enter', 'see.frame() > was + 8');
+  await use(button('Pause'), 'Enter', isPaused);
+  await use(node('select', 'Frames chosen by the verdict of'), 'f', `!${verdict}.disabled`);
+  await use(verdict, ['o', 'k'], `${verdict}.value === "ok"`);
+  await use(button('Previous chosen frame'), 'Enter', moved);
+  await use(button('Next chosen frame'), 'Enter', moved);
+  await use(button('Live'), 'Enter', `${pressed(button('Live'), true)} && see.frame() > was`);
+  await use(button('Pause'), 'Enter', isPaused);
+  for (const value of [false, true]) await use(button('Outlines'), ' ', pressed(button('Outlines'), value));
+  await use(button('Keys'), 'Enter', 'document.querySelector("dialog").open');
+  await use(button('Close'), 'Enter', '!document.querySelector("dialog").open');
+  if (!byKeys) return;
+  await use('document.querySelector(".skip")', 'Enter', 'document.activeElement.id === "main"');
+  const landmark = 'see.node(".magnifier select").value', help = 'document.querySelector("dialog").open';
+  const everywhere = { ' ': `!(${isPaused})`, ArrowLeft: isPaused, ArrowRight: 'see.frame() === was + 1', End: moved,
+    Home: `${slider}.value === ${slider}.min`, ']': moved, '[': moved, o: pressed(button('Outlines'), false),
+    l: `${landmark} !== "${await page.value(landmark)}"`, '?': help, Escape: `!${help}` };
+  await page.call('document.activeElement.blur();');
+  for (const [key, effect] of Object.entries(everywhere)) {
+    await user.use('document.body', effect, { act: () => page.press(key) });
+    await sleep(300);
+  }
 }
 
 async function useFigures() {
-  const size = 'see.text(".magnifier .filter span")', landmark = 'see.node(".magnifier select").value';
-  await user.press(node('select', 'Landmark'), 'b', `${landmark} === "blue"`);
-  for (const name of ['More enlarged', 'Less enlarged']) await use(button(name), `${size} !== was`, { before: size });
-  for (const k of [0, 1]) {  // landmarks under the pointer
-    await use(node('.mirror-box'), `${landmark} === window.wanted`, { act: async (box) => page.point(box, ...await page.call(`
-      const [box] = arguments, { left, top, width, height } = box.getBoundingClientRect(), names = box.querySelectorAll('.name');
-      const marks = [...box.querySelectorAll('svg g')].map((group, i) => [group.querySelector('.over'), names[i].textContent]);
-      const [path, name] = marks.filter(([outline]) => outline.getAttribute('d')?.length > 100)[${k}];
-      window.wanted = [...see.node('.magnifier select').options].find(({ value }) => name.includes(value)).value;
-      const { x, y } = path.getPointAtLength(path.getTotalLength() / 2).matrixTransform(path.getScreenCTM());
-      return [(x - left) / width - 0.5, (y - top) / height - 0.5];`, box)) });
-  }
-  const point = (control) => page.point(control);
-  await use(node('.pano-mark .name', undefined, 1), '!!see.node(".pano-mark.selected")', { act: point });
-  await use(node('tr th', undefined, 2), '!!see.node("tr.selected")', { act: point });
-
-  const changes = (what, act) => [`${what} !== was`, { before: what, act }];
-  for (const name of ['Zoom in', 'Show the whole plan', 'Zoom out', 'Show the whole plan']) await use(button(name), ...changes(floor));
-  await use(node('.plan [role=application]'), ...changes(floor, (plan) => page.drag(plan, [0, 0], [0.1, 0.1])));
+  const size = 'see.text(".magnifier .filter span")', landmark = node('select', 'Landmark'), plan = node('.plan [role=application]');
+  const chart = node('.plot .surface'), strip = node('.strip canvas');
+  await use(landmark, 'b', `${landmark}.value === "blue"`);
+  for (const name of ['More enlarged', 'Less enlarged']) await use(button(name), ' ', ...changes(size));
+  for (const name of ['Zoom in', 'Show the whole plan', 'Zoom out', 'Show the whole plan']) await use(button(name), 'Enter', ...changes(floor));
+  await use(plan, ['+', 'ArrowLeft'], `${floor} !== was`, { before: floor, pointer: (found) => page.drag(found, [0, 0], [0.1, 0.1]) });
   for (const area of ['.plan', '.plot']) {
     for (let k = 0; k < 2 * await page.value(`document.querySelectorAll('${area} .legend button').length`); ++k) {
       const entry = node(`${area} .legend button`, undefined, k >> 1);
-      await use(entry, `${entry}.ariaPressed === "${k % 2 === 1}"`);
+      await use(entry, 'Enter', pressed(entry, k % 2 === 1));
     }
   }
-  const chart = node('.plot .surface'), strip = node('.strip canvas');
-  await use(chart, ...changes(ticks, (control) => page.drag(control, [-0.3, 0], [0.1, 0])));
+  await use(chart, ['+', '+'], `${ticks} !== was`, { before: ticks, pointer: (found) => page.drag(found, [-0.3, 0], [0.1, 0]) });
   await user.press(chart, 'Escape', ...changes(ticks));
-  await use(chart, moved, { act: (control) => page.drag(control, [-0.2, 0], [-0.2, 0]) });
-  await use(strip, moved, { act: (control) => page.drag(control, [0.1, 0], [0.1, 0]) });
-  for (const [area, control] of [['.strip', strip], ['.plot', chart]]) {
-    await use(control, `!!see.node("${area} .readout")`, { act: (at) => page.point(at, 0.1) });
-    await sleep(1500);
-    if (!await page.value(`see.node("${area} .readout")`)) user.faults.push(`${area}: values vanish while frames arrive`);
-  }
+  await use(chart, ['Home', 'ArrowRight', 'Enter'], moved, { pointer: (found) => page.drag(found, [-0.2, 0], [-0.2, 0]) });
   for (const [kind, begin] of [['SVG', '<svg'], ['PNG', '\x89PNG']]) {
     for (const k of [0, 1]) {
       const before = readdirSync(saved);
-      await use(button(`Save ${kind}`, k), 'true');
-      const file = await until(() => readdirSync(saved).find((name) => !before.includes(name) && name.endsWith(kind.toLowerCase())), 8000);
-      if (!file || !readFileSync(`${saved}/${file}`, 'latin1').startsWith(begin)) user.faults.push(`Save ${kind} ${k}: no file`);
+      const isNew = (file) => !before.includes(file) && readFileSync(`${saved}/${file}`, 'latin1').startsWith(begin);
+      await use(button(`Save ${kind}`, k), 'Enter', 'true');
+      if (!await until(() => readdirSync(saved).some(isNew), 8000)) user.faults.push(`Save ${kind} ${k}: no file`);
     }
   }
-  for (const scheme of ['dark', 'light']) await use(node('.scheme'), `document.documentElement.dataset.scheme === "${scheme}"`);
+  for (const scheme of ['dark', 'light']) await use(node('.scheme'), 'Enter', `document.documentElement.dataset.scheme === "${scheme}"`);
+  if (byKeys) return;
+
+  // What only a pointer does; keys have other ways to it.
+  for (const k of [0, 1]) {
+    await user.use(node('.mirror-box'), `${landmark}.value === window.wanted`, { act: async (box) => page.point(box, ...await page.call(`
+      const [box] = arguments, { left, top, width, height } = box.getBoundingClientRect(), names = box.querySelectorAll('.name');
+      const marks = [...box.querySelectorAll('svg g')].map((group, i) => [group.querySelector('.over'), names[i].textContent]);
+      const [path, name] = marks.filter(([outline]) => outline.getAttribute('d')?.length > 100)[${k}];
+      window.wanted = [...${landmark}.options].find(({ value }) => name.includes(value)).value;
+      const { x, y } = path.getPointAtLength(path.getTotalLength() / 2).matrixTransform(path.getScreenCTM());
+      return [(x - left) / width - 0.5, (y - top) / height - 0.5];`, box)) });
+  }
+  const point = { act: (found) => page.point(found, 0.1) };
+  await user.use(node('.pano-mark .name', undefined, 1), '!!see.node(".pano-mark.selected")', point);
+  await user.use(node('tr th', undefined, 2), '!!see.node("tr.selected")', point);
+  await user.use(strip, moved, { act: (found) => page.drag(found, [0.1, 0], [0.1, 0]) });
+  for (const [area, control] of [['.strip', strip], ['.plot', chart]]) {
+    await user.use(control, `!!see.node("${area} .readout")`, point);
+    await sleep(1500);
+    if (!await page.value(`see.node("${area} .readout")`)) user.faults.push(`${area}: values vanish while frames arrive`);
+  }
 }
 
 async function useDriving(url) {
   const command = 'see.text(".drive > div > p:last-child")', pad = node('.pad'), who = 'see.text(".drive-state")';
   const stands = '/^[−-]?0\\.00/.test([...document.querySelectorAll(".gauges .tile")].at(-1).textContent)';
-  await user.press(node('.drive input'), 'ArrowRight', 'see.text(".drive output") === "60 %"');
-  for (const pointerType of ['mouse', 'touch']) {
-    await use(pad, `${command}.includes("turn 36 %")`, { act: (control) => page.hold(control, -0.3, 0, pointerType) });
+  await user.press(node('.drive input'), 'ArrowRight', 'see.text(".drive output") === "60 %"', { isReached: byKeys });
+  for (const pointerType of byKeys ? [] : ['mouse', 'touch']) {
+    await user.use(pad, `${command}.includes("turn 36 %")`, { act: (found) => page.hold(found, -0.3, 0, pointerType) });
     await page.release();
     if (!await page.holds(`${command} === "speed 0 %, turn 0 %"`)) user.faults.push(`${pointerType} has left the pad, but it drives`);
   }
-  for (const [key, words, turns] of [['w', 'speed 60 %'], ['ArrowLeft', 'turn 60 %', true], ['d', 'turn −60 %', true], ['s', 'speed −60 %']]) {
-    await use(button('Drive'), `${button('Drive')}.ariaPressed === "true"`);
-    await use(pad, `${command}.includes("${words}") && ${stands} === ${Boolean(turns)}`, { act: () => page.down(key) });
+  for (const [key, words, turns = false] of [['w', 'speed 60 %'], ['ArrowLeft', 'turn 60 %', true], ['d', 'turn −60 %', true],
+    ['s', 'speed −60 %']]) {
+    await use(button('Drive'), ' ', pressed(button('Drive'), true));
+    await user.use(pad, `${command}.includes("${words}") && ${stands} === ${turns}`, { act: () => page.down(key) });
     await page.release();
-    await use(button('Drive'), `${stands} && ${who} === "Nobody drives."`);
+    await use(button('Drive'), 'Enter', `${stands} && ${who} === "Nobody drives."`);
   }
-  await use(button('Drive'), `${who} === "You drive."`);
+  await use(button('Drive'), 'Enter', `${who} === "You drive."`);
   await page.value('window.axes = [0, -1]');
-  await use(pad, `${command} === "speed 60 %, turn 0 %"`, { act: () => {} });  // a gamepad's stick
+  await user.use(pad, `${command} === "speed 60 %, turn 0 %"`, { act: () => {} });  // a gamepad's stick
   await page.value('window.axes = null');
 
   let refused;
   const other = openStream(streamOf(url), { text: (line) => refused ??= line.type === 'refused' ? line.text : undefined });
   await other.opened;
   const sends = (type) => ({ act: () => other.send({ type, speed: 1, turn: 0 }) });
-  await use(node('.rates'), 'see.text(".rates").includes("2 watchers")', sends('drive'));
+  await user.use(node('.rates'), 'see.text(".rates").includes("2 watchers")', sends('drive'));
   if (!await until(() => refused)) user.faults.push('a second browser may drive too');
-  await use(pad, isStopped, { act: () => page.press('Escape') });
-  await use(button('Go'), isFree);
-  await use(button('STOP'), `${isStopped} && ${stands} && ${button('Drive')}.disabled`);
-  await use(button('Go'), isFree);
-  await use(node('.stop'), isStopped, sends('stop'));
-  await use(button('Go'), isFree);
+  await user.use(pad, isStopped, { act: () => page.press('Escape') });
+  await use(button('Go'), 'Enter', isFree);
+  await use(button('STOP'), ' ', `${isStopped} && ${stands} && ${button('Drive')}.disabled`);
+  await use(button('Go'), 'Enter', isFree);
+  await user.use(node('.stop'), isStopped, sends('stop'));
+  await use(button('Go'), 'Enter', isFree);
   other.socket.destroy();
 }
 
@@ -157,20 +180,21 @@ for (const behaviour of ['wander', 'manual']) {
   const shown = [];
   if (behaviour === 'wander') {
     await page.holds('see.frame() > 150', 30_000);
-    await page.screenshot(`${scratch}/viewer-live.png`);
+    if (!byKeys) await page.screenshot(`${scratch}/viewer-live.png`);
     await usePlayer();
     await useFigures();
-    await use(button('STOP'), isStopped);
-    await use(button('Go'), isFree);
+    await use(button('STOP'), 'Enter', isStopped);
+    await use(button('Go'), 'Enter', isFree);
     for (let k = 0; k < 6; ++k) {
       await page.press('End', ...Array(k).fill('ArrowLeft'));
       await sleep(600);
-      shown.push(await page.value('({ frame: see.frame(), ranges: see.rows("Ranges of this frame"), poses: see.rows("Poses of this frame") })'));
+      const [ranges, poses] = ['Ranges', 'Poses'].map((name) => `see.rows("${name} of this frame")`);
+      shown.push(await page.value(`({ frame: see.frame(), ranges: ${ranges}, poses: ${poses} })`));
     }
     await user.checkAllUsed('#main');
     await page.size(400, 800);
     await sleep(1500);
-    await page.screenshot(`${scratch}/viewer-phone.png`);
+    if (!byKeys) await page.screenshot(`${scratch}/viewer-phone.png`);
     await hasRows(run.folder, 'frames.csv', Math.max(...shown.map(({ frame }) => frame)) + 1);
   } else {
     await useDriving(run.url);
@@ -185,10 +209,10 @@ for (const behaviour of ['wander', 'manual']) {
   faults.push(...user.faults);
 }
 
-row(`every control of the live page used in ${page.name} while a robot drives, each with its effect`, `${uses} uses, ${faults.length} faults`,
-  'no fault', faults.length === 0);
-row('errors in its console', `${errors.length}`, '0', errors.length === 0);
-row('its numbers of frames that were paused on, ranges, fix and track, against the run\'s tables', `${compared} cells compared`,
-  'equal to the digits shown', compared >= 60 && !faults.some((fault) => fault.includes('but the tables have')));
+row(`${page.name}: every control of the live page used ${byKeys ? 'with keys alone' : 'with a pointer'}, while a robot drives`,
+  `${uses} uses, ${faults.length} without their effect`, 'all have it', faults.length === 0);
+row(`${page.name}: errors in the console meanwhile`, `${errors.length}`, '0', errors.length === 0);
+row(`${page.name}: numbers of frames that were paused on (ranges, fix, track), against the run's tables`,
+  `${compared} cells compared`, 'equal to the digits shown', compared >= 60 && !faults.some((fault) => fault.includes('but the tables have')));
 for (const line of [...faults, ...errors]) console.log(line);
 process.exit();

@@ -3,16 +3,10 @@
 import { Browser } from './browser.mjs';
 import { seeScript } from './inpage.mjs';
 
-// Expressions in a page.
-
-/** The k-th shown node of a selector whose name is `name`. */
+// Expressions in a page. The k-th shown node of a selector whose name is `name`:
 export const node = (css, name, k = 0) => `see.node(${JSON.stringify(css)}, ${JSON.stringify(name)}, ${k})`;
 export const button = (name, k) => node('button', name, k);
-export const moved = 'see.frame() !== was';
-export const isPaused = 'see.text(".play") === "Play"';
-export const isStopped = '(see.node("button", "Go") !== undefined)';
-export const isFree = `!${isStopped}`;
-// These change when the room, or the chart, is moved or zoomed.
+// These change when the room, or the chart, is moved or zoomed:
 export const floor = 'see.node(".plan .floor").outerHTML';
 export const ticks = 'see.text(".plot .stage svg")';
 
@@ -29,12 +23,13 @@ export class User {
    * Does something, and checks its effect: an expression that may use `was`, the value of the expression `before`.
    * @param what an expression of the control, which becomes the argument of `act`
    */
-  async use(what, effect, { before = 'see.frame()', act = (control) => this.page.click(control) } = {}) {
+  async use(what, effect, { before = 'see.frame()', act }) {
     ++this.uses;
     try {
       const control = await this.page.value(what);
       if (!control) throw new Error('it is not there');
-      await this.page.call(`window.was = ${before}; (window.used ??= new Set()).add(see.nameOf(arguments[0])).add(arguments[0]);`, control);
+      await this.page.call(`window.was = ${before};
+        (window.used ??= new Set()).add(see.nameOf(arguments[0])).add(arguments[0]);`, control);
       await act(control);
       if (!await this.page.holds(effect)) throw new Error(`no effect: ${effect}`);
     } catch (error) {
@@ -42,10 +37,14 @@ export class User {
     }
   }
 
-  /** Presses keys in a control. */
-  press(what, keys, effect, options) {
-    return this.use(what, effect, { ...options, act: async (control) => {
-      await this.page.call('arguments[0].focus();', control);
+  /** Presses keys in a control. @param isReached with Tab; else it is given the focus */
+  press(what, keys, effect, { before, isReached = false } = {}) {
+    return this.use(what, effect, { before, act: async (control) => {
+      if (!isReached) await this.page.call('arguments[0].focus();', control);
+      for (let k = 0; !await this.page.value(`document.activeElement === ${what}`); ++k) {
+        if (k > 300) throw new Error('Tab does not reach it');
+        await this.page.press('Tab');
+      }
       await this.page.press(...[keys].flat());
     } });
   }
