@@ -37,7 +37,7 @@ if [ "$lint" = yes ]; then
   # that GCC has precompiled.
   cmake --preset dev -B build/lint -DTWOCONE_PRECOMPILE=OFF -DTWOCONE_BUILD_TESTS="$others" -DTWOCONE_BUILD_BENCHMARKS="$others" \
     -DTWOCONE_BUILD_FUZZERS="$others" -DTWOCONE_BUILD_VM_PROGRAMS="$others"
-  sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/lint/compile_commands.json | grep -v '/version\.cpp$' |
+  sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/lint/compile_commands.json | grep -v '/version\.cpp$\|/embedded_page\.cpp$' |
     xargs -P "$(nproc)" -n 1 clang-tidy -p build/lint --quiet --extra-arg=-Wno-unknown-warning-option
   exit
 fi

@@ -22,8 +22,8 @@ using Json = nlohmann::ordered_json;
 /// Returns the rows of a frame, from a table in the order of its frames.
 template <typename Row>
 std::vector<Row> rows_at(const std::vector<Row>& table, std::uint64_t frame) {
-  const auto rows = std::ranges::equal_range(table, frame, {}, &Row::frame);
-  return {rows.begin(), rows.end()};
+  return {std::ranges::lower_bound(table, frame, {}, &Row::frame),
+          std::ranges::upper_bound(table, frame, {}, &Row::frame)};
 }
 
 template <typename Row>

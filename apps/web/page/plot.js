@@ -307,7 +307,8 @@ export class Plot {
     this.drawAxes(Math.max((right - left) / 75, 2), yCount);
     this.drawSeries();
     this.drawCursor();
-    this.drawHover(null);
+    const [read] = this.points ?? [];  // stays under the pointer while data come in
+    this.drawHover(read ? this.pointsAt(read.x, read.y) : null);
     const corners = [[left, top], [right, bottom]];
     this.zoom.extent(corners).translateExtent(corners);
     this.surface.__zoom = this.transformOf(this.span, mode === 'xy' ? this.ySpan : null);
