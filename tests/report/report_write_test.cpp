@@ -294,12 +294,12 @@ TEST(WriteReport, KeepsAndReusesTheImageFromAbove) {
   run.map.scene = scratch.path() / "gone.pov";  // so that rendering would fail and be noted
   std::filesystem::create_directories(scratch.path() / "figures");
   const auto cache = scratch.path() / "figures" / "overhead.png";
-  runlog::write_image(cache, {1000, 836, PixelFormat::kGrey8, std::vector<std::uint8_t>(836 * 1000, 90)});
+  runlog::write_image(cache, {1000, 836, PixelFormat::kGrey8, std::vector<std::uint8_t>(836'000, 90)});
   const Json data = written(run);
   EXPECT_THAT(notes_of(data), Not(Contains(HasSubstr("gone.pov"))));
   EXPECT_TRUE(data.contains("overhead"));
 
-  runlog::write_image(cache, {1000, 600, PixelFormat::kGrey8, std::vector<std::uint8_t>(600 * 1000, 90)});
+  runlog::write_image(cache, {1000, 600, PixelFormat::kGrey8, std::vector<std::uint8_t>(600'000, 90)});
   EXPECT_THAT(notes_of(written(run)), Contains(HasSubstr("gone.pov"))) << "the image of another room was used";
 }
 

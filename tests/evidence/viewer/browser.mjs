@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages in Chromium (by chromedriver) and in Firefox, both by WebDriver BiDi.
+// Pages in Chromium (by chromedriver) and in Firefox, both by WebDriver BiDi. They scroll at once.
 import { spawn } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -29,7 +29,7 @@ async function startChromium(args, downloads) {
   const base = `http://127.0.0.1:${driver}/session`;
   const { sessionId, capabilities } = await request('POST', base, { capabilities: { alwaysMatch: {
     browserName: 'chrome', webSocketUrl: true, 'goog:loggingPrefs': { browser: 'ALL' }, 'goog:chromeOptions': {
-      args: ['--headless=new', '--no-sandbox', '--disable-gpu', '--hide-scrollbars', ...args],
+      args: ['--headless=new', '--no-sandbox', '--disable-gpu', '--hide-scrollbars', '--force-prefers-reduced-motion', ...args],
       prefs: { 'download.default_directory': downloads } } } } });
   return { address: capabilities.webSocketUrl, name: `Chromium ${capabilities.browserVersion}`,
     close: () => request('DELETE', `${base}/${sessionId}`).catch(() => {}),
@@ -40,7 +40,7 @@ async function startChromium(args, downloads) {
 
 async function startFirefox(args, downloads) {
   const profile = mkdtempSync(`${tmpdir()}/twocone-firefox-`);
-  const settings = { 'browser.download.folderList': 2, 'browser.download.dir': downloads };
+  const settings = { 'ui.prefersReducedMotion': 1, 'browser.download.folderList': 2, 'browser.download.dir': downloads };
   writeFileSync(`${profile}/user.js`, Object.entries(settings).filter(([, value]) => value !== undefined)
     .map(([key, value]) => `user_pref("${key}", ${JSON.stringify(value)});\n`).join(''));
   const [program, address] = await start('firefox-esr', ['--headless', '--profile', profile, '--remote-debugging-port', '0'],
