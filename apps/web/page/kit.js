@@ -217,6 +217,7 @@ export function table({ caption, rows, groups, columns = groups.flatMap(([, grou
   const body = el('tbody'), filter = rows.length > 12;
   let sorted = -1, direction = 0;
   const valueOf = (column, row) => column.value ? column.value(row) : row[column.key ?? column.head];
+  const isUnordered = (column) => rows.length < 2 || rows.every((row) => valueOf(column, row) === undefined);
   const text = (column, row) => {
     if (column.show) return column.show(row);
     const value = valueOf(column, row);
@@ -232,7 +233,7 @@ export function table({ caption, rows, groups, columns = groups.flatMap(([, grou
     if (count) count.textContent = kept.length === rows.length ? '' : `${kept.length} of ${rows.length} rows`;
   };
   const heads = columns.map((column, i) => el('th', { scope: 'col', class: column.text && 'words' },
-    rows.length < 2 || !column.head ? column.head : button(column.head, () => {
+    !column.head || isUnordered(column) ? column.head : button(column.head, () => {
       const first = column.text || i === 0 ? 1 : -1;  // of numbers the largest is wanted first
       direction = sorted !== i ? first : direction === first ? -first : 0;
       sorted = direction === 0 ? -1 : i;
