@@ -113,20 +113,6 @@ export function residualSeries(points, landmarks, axis, key) {
   return [...series].sort(([a], [b]) => a - b).map(([, each]) => each);
 }
 
-/** A chart that writes words over its series: `labels(plot)` returns nodes, in pixels. */
-export class LabelledPlot extends Plot {
-  constructor(options) {
-    super(options);
-    this.labels = svg('g');
-    this.root.insertBefore(this.labels, this.cursor);
-  }
-
-  render() {
-    super.render();
-    if (this.width) this.labels.replaceChildren(...this.options.labels(this));
-  }
-}
-
 // ---- causes
 
 function cellLines(items, text) {
@@ -136,12 +122,12 @@ function cellLines(items, text) {
 function sourceTable(sources, caption, differs) {
   const parts = (head, text) => ({ head, show: ({ components }) => cellLines(components, text) });
   return el('div', { class: 'sources' }, table({ caption, rows: sources, columns: [
-    { head: 'source', value: ({ name }) => name },
+    { head: 'source', key: 'name' },
     { ...parts('number', ({ name }) => name), text: true },
     parts('simulated', ({ simulated, sigma }) => toPrecisionOf(sigma, simulated)),
     parts('real', ({ real, sigma }) => toPrecisionOf(sigma, real)),
     parts('real \u2212 simulated', (part) => withSigma(part.difference, part.sigma) + unitAfter('\u00a0', part.unit)),
-    { head: 'p-value', value: ({ p_value }) => p_value, show: ({ p_value }) => chanceText(p_value) },
+    { head: 'p-value', key: 'p_value', show: ({ p_value }) => chanceText(p_value) },
     differs && { head: 'explains', text: true, value: largestShare,
       show: ({ shares }) => cellLines(shares, ({ share, of }) => `${shareText(share)} of ${of}`) },
     differs && { head: 'hard to distinguish from', text: true,
@@ -194,21 +180,20 @@ function gapBars(gaps) {
       return [svg('text', { class: 'outlined', x, y: plot.sy(name) + part * (k + 0.5) + 4 }, words)];
     }));
   };
-  return new LabelledPlot({ label: 'Gaps before and after', height: 64 * gaps.length, series, labels,
+  return new Plot({ label: 'Gaps before and after', height: 64 * gaps.length, series, labels,
     x: { min: 0, max: 1.35, show: () => '' }, y: { scale: 'band', values: names } }).node;
 }
 
 function gapsSection({ gaps }) {
   const title = 'Gaps before and after';
   if (gaps.length === 0) return section('gaps', title, el('p', {}, 'No gap was measured.'));
-  const column = (head, text) => ({ head, value: (gap) => gap[head], show: (gap) => text(gap[head]) });
+  const column = (head, text) => ({ head, show: (gap) => text(gap[head]) });
   return section('gaps', title,
     figure({ id: 'gap-bars', title: 'Distance of the real run from a run without any difference',
       caption: 'Each gap has its own scale. Floor: the gap of the simulation, or of noise. Unexplained: the part of '
         + 'the gap that remains after the correction. Unnamed: the part that is corrected by numbers of the '
         + 'calibration that no source names as different.' }, gapBars(gaps)),
-    table({ caption: 'The same in numbers', rows: gaps, columns: [
-      { head: 'gap', value: ({ of }) => of }, { head: 'unit', value: ({ unit }) => unit },
+    table({ caption: 'The same in numbers', rows: gaps, columns: [{ head: 'gap', key: 'of' }, { head: 'unit' },
       ...['before', 'after', 'floor'].map((head) => column(head, plainNumber)),
       ...['unexplained', 'unnamed'].map((head) => column(head, shareText))] }));
 }
@@ -228,7 +213,7 @@ function stagesSection({ rows }) {
   const title = 'Stage by stage';
   if (rows.length === 0) return section('stages', title, el('p', {}, 'No stage was compared.'));
   const count = (light) => rows.filter((row) => row.light === light).length;
-  const number = (head) => ({ head, value: (row) => row[head], show: (row) => plainNumber(row[head]) });
+  const number = (head) => ({ head, show: (row) => plainNumber(row[head]) });
   const order = ['green', 'cannot tell', 'amber', 'red'];
   const gapText = ({ gap, gap_sigma: sigma }) =>
     exists(gap) && sigma > 0 ? withSigma(gap, sigma).replace(/^\+/, '') : plainNumber(gap);
@@ -237,15 +222,13 @@ function stagesSection({ rows }) {
       [i > 0 && ', ', lightMark(light), ` ${count(light)} ${meaning}`]),
     `; ${count('none')} without a limit, or without a number to compare with it.`),
     el('div', { class: 'stages' }, table({ caption: 'Both sides, their gap and its limit', rows, columns: [
-      { head: 'quantity', value: ({ name }) => name },
-      { head: 'stage', text: true, value: ({ stage }) => stage }, { head: 'unit', value: ({ unit }) => unit },
-      number('simulated'), number('real'),
-      { head: 'gap', value: ({ gap }) => gap, show: gapText },
-      { head: 'limit', value: ({ limit }) => limit,
+      { head: 'quantity', key: 'name' }, { head: 'stage', text: true }, { head: 'unit' },
+      number('simulated'), number('real'), { head: 'gap', show: gapText },
+      { head: 'limit',
         show: ({ limit, limit_key: key }) => [exists(limit) && key && el('small', {}, key), plainNumber(limit)] },
       { head: 'light', text: true, value: ({ light }) => order.includes(light) ? order.indexOf(light) : null,
         show: ({ light }) => lightMark(light) },
-      { head: 'note', text: true, value: ({ note }) => note },
+      { head: 'note', text: true },
     ] })));
 }
 
@@ -331,8 +314,7 @@ function residualFigure({ residuals, map }, axis) {
     mode: time ? 'x' : 'xy', series: [...series, { name: 'zero', kind: 'rule', colour: 'paper', y: 0, legend: false }],
     x: { label: time ? 'time' : 'range', unit: time ? 's' : 'm', min: from - margin, max: to + margin },
     y: { label: title, unit: 'mm', min: -limit, max: limit } }));
-  const entries = all.filter((each, i) => all.findIndex(({ name }) => name === each.name) === i)
-    .map(({ name, colour, shape }) => ({ name, colour, shape, kind: 'points' }));
+  const entries = all.map(({ name, colour, shape }) => ({ name, colour, shape, kind: 'points' }));
   const every = Math.max(residuals.simulated.every, residuals.real.every);
   return figure({ id: time ? 'residuals_time' : 'residuals_range',
     title: `Range residuals against ${time ? 'time' : 'range'}`,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Driving by hand: which speeds keys, pad and gamepad ask for, and when they are sent.
-import { button, el, fixed, slider } from './kit.js';
-import { setText } from './mirrors.js';
+import { button, el, fixed, setText, slider } from './kit.js';
 
 const driveKeys = { w: [1, 0], arrowup: [1, 0], s: [-1, 0], arrowdown: [-1, 0],
   a: [0, 1], arrowleft: [0, 1], d: [0, -1], arrowright: [0, -1] };
@@ -95,8 +94,12 @@ export class DriveControl {
 export function driveControls(control) {
   const text = el('p', { class: 'drive-state', role: 'status' }), command = el('p', { class: 'soft' });
   const knob = el('span', { class: 'knob' });
-  const pad = el('div', { class: 'pad', tabindex: 0, role: 'application',
-    'aria-label': 'Drive: W, A, S, D or the arrow keys; Escape or space stops' }, knob);
+  const lift = () => {
+    control.pad = null;
+    beat();
+  };
+  const pad = el('div', { class: 'pad', tabindex: 0, role: 'application', onpointerup: lift, onpointercancel: lift,
+    onlostpointercapture: lift, 'aria-label': 'Drive: W, A, S, D or the arrow keys; Escape or space stops' }, knob);
   const mode = button('Drive', () => {
     control.mode = !control.mode && control.allowed;
     if (control.mode) pad.focus();
@@ -142,12 +145,6 @@ export function driveControls(control) {
     beat();
   });
   pad.addEventListener('pointermove', (event) => control.pad && hold(event));
-  for (const name of ['pointerup', 'pointercancel', 'lostpointercapture']) {
-    pad.addEventListener(name, () => {
-      control.pad = null;
-      beat();
-    });
-  }
   document.addEventListener('keydown', (event) => {
     const { key, target } = event;
     if (event.ctrlKey || event.altKey || event.metaKey || panel.hidden) return;

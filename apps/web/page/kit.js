@@ -8,8 +8,8 @@ const nbsp = '\u00a0';
 
 export function setAttributes(node, attributes) {
   for (const [name, value] of Object.entries(attributes ?? {})) {
-    if (value === undefined || value === null || value === false) continue;
-    if (name.startsWith('on')) node.addEventListener(name.slice(2), value);
+    if (value === undefined || value === null || value === false) node.removeAttribute(name);
+    else if (name.startsWith('on')) node.addEventListener(name.slice(2), value);
     else node.setAttribute(name, value === true ? '' : value);
   }
 }
@@ -38,6 +38,17 @@ export function svgText(x, y, words, anchor, style) {
   return svg('text', { x, y, 'text-anchor': anchor, class: style }, words);
 }
 
+/** Sets a node's text if it differs: the page's layout is then left as it is. */
+export function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+/** Returns the children of `parent`, one for each key and in that order, made by make(key) when a key is new. */
+export function keyedChildren(parent, keys, make) {
+  return d3.select(parent).selectAll(() => parent.children).data(keys, (key) => key)
+    .join((entering) => entering.append((key) => make(key))).order().nodes();
+}
+
 export function button(label, onclick, attributes) {
   return el('button', { type: 'button', onclick, ...attributes }, label);
 }
@@ -45,15 +56,13 @@ export function button(label, onclick, attributes) {
 /** Returns a labelled range input; `oninput` gets the number, `show` makes its text. */
 export function slider({ label, min, max, step = 1, value, show = String, oninput }) {
   const output = el('output', {}, show(value));
-  const input = el('input', { type: 'range', min, max, step, 'aria-valuetext': show(value) });
-  input.value = value;
-  input.addEventListener('input', () => {
-    const text = show(Number(input.value));
-    output.textContent = text;
-    input.setAttribute('aria-valuetext', text);
-    oninput(Number(input.value));
-  });
-  return el('label', { class: 'slider' }, el('span', {}, label), input, output);
+  const changed = ({ target }) => {
+    output.textContent = show(Number(target.value));
+    target.setAttribute('aria-valuetext', output.textContent);
+    oninput(Number(target.value));
+  };
+  const attributes = { type: 'range', min, max, step, value, 'aria-valuetext': show(value), oninput: changed };
+  return el('label', { class: 'slider' }, el('span', {}, label), el('input', attributes), output);
 }
 
 /** Calls changed(width) with the width of a node, in whole pixels, at the beginning and whenever it changes. */
@@ -111,9 +120,10 @@ export function plural(count, one, many = `${one}s`) {
 
 // ---- data
 
-/** Returns the data that the document holds. */
-export function embeddedData() {
-  return JSON.parse(document.getElementById('data').textContent);
+/** Returns the address of something that the page's program serves to those who have its token. */
+export function addressOf(path, query) {
+  const token = new URLSearchParams(location.search).get('token') ?? '';
+  return new URL(`/${path}?${new URLSearchParams({ token, ...query })}`, location).href;
 }
 
 /** Returns the objects of JSON lines. A last line that is cut off, as that of a run that was stopped, is left out. */
@@ -152,10 +162,7 @@ export function navigation(sections) {
   const observer = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) seen[isIntersecting ? 'add' : 'delete'](target);
     const current = sections.find((each) => seen.has(each));
-    for (const [each, link] of links) {
-      if (each !== current) link.removeAttribute('aria-current');
-      else link.setAttribute('aria-current', 'true');
-    }
+    for (const [each, link] of links) setAttributes(link, { 'aria-current': each === current && 'true' });
     const link = links.get(current);
     if (link) nav.scrollLeft = link.offsetLeft - nav.clientWidth / 2 + link.offsetWidth / 2;
   }, { rootMargin: '-20% 0px -60% 0px' });
@@ -201,16 +208,19 @@ export function sortRows(rows, value, direction) {
 
 /**
  * A table that can be sorted by its heads, and filtered if it is long.
- * @param columns { head, value: row => number or text, digits, show: row => text or node, text: true for words,
- *   title: explains the head }; the first column is the head of the row
- * @param groups [head, number of columns] above the columns
+ * @param columns { head, key: of the values in the rows, default the head; value: row => number or text, in place of
+ *   it; digits, show: row => text or node, text: true for words, title: explains the head }; the first column is the
+ *   head of the row
+ * @param groups [head, columns] in place of the columns: heads above several of them
  */
-export function table({ caption, columns, rows, groups, filter = rows.length > 12 }) {
-  const body = el('tbody');
+export function table({ caption, rows, groups, columns = groups.flatMap(([, group]) => group) }) {
+  const body = el('tbody'), filter = rows.length > 12;
   let sorted = -1, direction = 0;
+  const valueOf = (column, row) => column.value ? column.value(row) : row[column.key ?? column.head];
+  const isUnordered = (column) => rows.length < 2 || rows.every((row) => valueOf(column, row) === undefined);
   const text = (column, row) => {
     if (column.show) return column.show(row);
-    const value = column.value(row);
+    const value = valueOf(column, row);
     return typeof value === 'number' ? fixed(value, column.digits ?? 0) : value ?? noValue;
   };
   const lines = new Map(rows.map((row) => [row, el('tr', {}, columns.map((column, i) =>
@@ -218,18 +228,17 @@ export function table({ caption, columns, rows, groups, filter = rows.length > 1
   const fill = () => {
     const words = box ? box.value.toLowerCase().split(/\s+/) : [];
     const kept = rows.filter((row) => words.every((word) => lines.get(row).textContent.toLowerCase().includes(word)));
-    body.replaceChildren(...sortRows(kept, columns[Math.max(sorted, 0)].value, direction).map((row) => lines.get(row)));
+    const order = sortRows(kept, (row) => valueOf(columns[sorted], row), direction);
+    body.replaceChildren(...order.map((row) => lines.get(row)));
     if (count) count.textContent = kept.length === rows.length ? '' : `${kept.length} of ${rows.length} rows`;
   };
   const heads = columns.map((column, i) => el('th', { scope: 'col', class: column.text && 'words' },
-    rows.length < 2 || !column.head ? column.head : button(column.head, () => {
+    !column.head || isUnordered(column) ? column.head : button(column.head, () => {
       const first = column.text || i === 0 ? 1 : -1;  // of numbers the largest is wanted first
       direction = sorted !== i ? first : direction === first ? -first : 0;
       sorted = direction === 0 ? -1 : i;
-      heads.forEach((head, j) => {
-        if (j !== sorted) head.removeAttribute('aria-sort');
-        else head.setAttribute('aria-sort', direction > 0 ? 'ascending' : 'descending');
-      });
+      const order = direction > 0 ? 'ascending' : 'descending';
+      heads.forEach((head, j) => setAttributes(head, { 'aria-sort': j === sorted && order }));
       fill();
     }, { title: column.title })));
   const box = filter && el('input', { type: 'search', placeholder: 'Filter rows', oninput: () => fill(),
@@ -238,16 +247,16 @@ export function table({ caption, columns, rows, groups, filter = rows.length > 1
   fill();
   return el('div', { class: 'table' }, filter && el('div', { class: 'filter' }, box, count),
     el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption },
-      el('table', {}, el('caption', {}, caption), el('thead', {}, groups && el('tr', {}, groups.map(([head, span]) =>
-        el('th', { colspan: span, scope: 'colgroup' }, head))), el('tr', {}, heads)), body)));
+      el('table', {}, el('caption', {}, caption), el('thead', {}, groups && el('tr', {}, groups.map(([head, group]) =>
+        el('th', { colspan: group.length, scope: 'colgroup' }, head))), el('tr', {}, heads)), body)));
 }
 
 // ---- figures
 
 /** Returns a figure with its caption, and buttons that save the drawings in it. */
-export function figure({ id, number, title, caption, wide = true, save = true }, ...content) {
+export function figure({ id, number, title, caption, wide = true }, ...content) {
   const name = (id ?? title).toLowerCase().replace(/[^a-z0-9_]+/g, '_');
-  const buttons = save && el('span', { class: 'save' },
+  const buttons = el('span', { class: 'save' },
     button('Save SVG', () => saveBlob(new Blob([standaloneSvg(node)], { type: 'image/svg+xml' }), `${name}.svg`)),
     button('Save PNG', async () => saveBlob(await pngOf(standaloneSvg(node)), `${name}.png`)));
   const node = el('figure', { id, class: wide && 'wide' }, el('div', { class: 'content' }, ...content),

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a robot that is driving: everything comes over one WebSocket.
-import { el, fixed, plural, schemeToggle } from './kit.js';
+import { addressOf, el, fixed, plural, schemeToggle, setText } from './kit.js';
 import { FrameStore } from './player.js';
-import { setText } from './mirrors.js';
-import { runView, runWords } from './runview.js';
+import { RunView, runWords } from './runview.js';
 import { DriveControl, driveControls } from './drive.js';
 
 const mostFrames = 9000;      // 10 minutes at 15 Hz
@@ -52,13 +51,13 @@ export class ImageStore {
 
 /** A WebSocket that connects again by itself, after longer and longer waits. */
 export class Connection {
-  constructor(address, handlers) {
-    Object.assign(this, { address, handlers, retry_ms: 500 });
+  constructor(handlers) {
+    Object.assign(this, { handlers, retry_ms: 500 });
     this.connect();
   }
 
   connect() {
-    this.socket = new WebSocket(this.address);
+    this.socket = new WebSocket(addressOf('stream').replace(/^http/, 'ws'));
     this.socket.binaryType = 'arraybuffer';
     this.socket.onopen = () => {
       this.retry_ms = 500;
@@ -109,7 +108,7 @@ export function livePage() {
       images = new ImageStore(mostImageBytes);
       const next = el('div');
       container.replaceChildren(next);
-      view = runView(next, { run }, { store, live: true, keyTarget: document, beside: controls.panel,
+      view = new RunView(next, { run }, { store, live: true, keyTarget: document, beside: controls.panel,
         imageOf: (frame, side) => images.blob(frame.frame, side),
         keys: [['W A S D, arrows', 'drive, in drive mode'], ['Escape, Space', 'stop, in drive mode']] });
       view.drawn = (cost_ms) => drawn.push([performance.now(), cost_ms]);
@@ -134,9 +133,7 @@ export function livePage() {
       setTimeout(() => refused.hidden = true, 5000);
     },
   };
-  const token = new URLSearchParams(location.search).get('token') ?? '';
-  const place = `${location.protocol.replace('http', 'ws')}//${location.host}`;
-  const connection = new Connection(`${place}/stream?${new URLSearchParams({ token })}`, {
+  const connection = new Connection({
     changed: (connected) => {
       Object.assign(control, { connected, status: {} });
       control.beat();

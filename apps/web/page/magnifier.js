@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // One landmark, enlarged in both views: pixels as squares, and what was measured to fractions of a pixel.
 import { button, degrees, el, exists, facts, fixed, millimetres, noValue, quantity } from './kit.js';
-import { paint, svg, verdictChip, verdictOf } from './kit.js';
+import { keyedChildren, paint, setText, svg, verdictChip, verdictOf } from './kit.js';
 import { ellipseOf, ellipsePoints } from './plan.js';
-import { keyedChildren, landmarksInView, mirrorViews, pixelPath, setText } from './mirrors.js';
+import { landmarksInView, mirrorViews, pixelPath } from './mirrors.js';
 
 const magnifierWidths = [160, 80, 40, 20, 10];  // pixels of the image across the enlarged part
 export const sigmasOf95 = Math.sqrt(-2 * Math.log(0.05));  // half axes of the ellipse that holds 95 % in the plane

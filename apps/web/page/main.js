@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-import { embeddedData } from './kit.js';
 import { livePage } from './live.js';
 import { worldPage } from './world.js';
 import { viewPage } from './view.js';
@@ -9,7 +8,8 @@ import { tradeoffPage } from './tradeoff.js';
 
 /** Shows the page that the document's data name. */
 export function main() {
-  const data = embeddedData();
-  const pages = { live: livePage, world: worldPage, view: viewPage, report: reportPage, compare: comparePage, tradeoff: tradeoffPage };
+  const data = JSON.parse(document.getElementById('data').textContent);
+  const pages = { live: livePage, world: worldPage, view: viewPage, report: reportPage, compare: comparePage,
+    tradeoff: tradeoffPage };
   pages[data.page](data);
 }

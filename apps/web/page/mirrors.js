@@ -1,31 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The images of both mirrors with what was found in them, and both panoramas on one axis of bearings.
-import { button, degrees, el, svg, paint, verdictOf, watchWidth } from './kit.js';
+import { button, degrees, el, keyedChildren, paint, setText, svg, verdictOf, watchWidth } from './kit.js';
 import { bearingShare, unrollImage, unrollPlace, unrollTable } from './unroll.js';
 
 export const mirrorViews = ['upper', 'lower'];  // as they stand on the mast
 const panoramaSize = { width: 720, height: 112 };
-
-/** Sets a node's text if it differs: the page's layout is then left as it is. */
-export function setText(node, text) {
-  if (node.textContent !== text) node.textContent = text;
-}
-
-/** Returns the children of `parent`, one for each key and in that order, made by make(key) when a key is new. */
-export function keyedChildren(parent, keys, make) {
-  const held = parent.keyed ??= new Map();
-  for (const [key, node] of held) {
-    if (keys.includes(key)) continue;
-    node.remove();
-    held.delete(key);
-  }
-  return keys.map((key, i) => {
-    if (!held.has(key)) held.set(key, make(key));
-    const node = held.get(key);
-    if (parent.children[i] !== node) parent.insertBefore(node, parent.children[i] ?? null);
-    return node;
-  });
-}
 
 export function pixelPath(points_px) {
   return `M${points_px.map(([column, row]) => `${column.toFixed(2)},${row.toFixed(2)}`).join('L')}`;
@@ -71,16 +50,15 @@ class MirrorImage {
     this.names = el('div', { class: 'names' });
     this.absent = el('p', { class: 'absent' });
     this.unplaced = el('p', { class: 'unplaced' });
-    const box = el('div', { class: 'mirror-box', style: `aspect-ratio:${width}/${height}` }, this.canvas, this.lines,
+    const pick = ({ clientX, clientY, currentTarget }) => {
+      const { left, top, width: wide } = currentTarget.getBoundingClientRect();
+      select(this.nearest((clientX - left) / wide * width, (clientY - top) / wide * width, width / 16));
+    };
+    const attributes = { class: 'mirror-box', style: `aspect-ratio:${width}/${height}` };
+    const box = el('div', { ...attributes, onpointermove: pick, onpointerdown: pick }, this.canvas, this.lines,
       this.names, this.absent);
     this.node = el('div', { class: 'mirror' }, el('h3', {}, `${view} mirror`), box, this.unplaced);
     watchWidth(box, (now) => resized(this.width = now));
-    const pick = (event) => {
-      const { left, top, width: wide } = box.getBoundingClientRect();
-      select(this.nearest((event.clientX - left) / wide * width, (event.clientY - top) / wide * width, width / 16));
-    };
-    box.addEventListener('pointermove', pick);
-    box.addEventListener('pointerdown', pick);
   }
 
   nearest(column, row, most) {

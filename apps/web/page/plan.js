@@ -34,8 +34,7 @@ export function gridStep(pixels_perM, least) {
 export function boundsOf(points, margin_m = 0.1) {
   const held = points.filter(([x, y]) => exists(x) && exists(y));
   if (held.length === 0) return undefined;
-  const [[x0, x1], [y0, y1]] = [0, 1].map((k) => held.reduce(([low, high], point) =>
-    [Math.min(low, point[k]), Math.max(high, point[k])], [Infinity, -Infinity]));
+  const [[x0, x1], [y0, y1]] = [0, 1].map((k) => d3.extent(held, (point) => point[k]));
   return [x0 - margin_m, y0 - margin_m, x1 + margin_m, y1 + margin_m];
 }
 
@@ -46,13 +45,13 @@ const legendKinds = { areas: 'between', paths: 'line', points: 'points', ellipse
  * A plan. Options:
  *   map: as in the `run` line of the telemetry;  bounds_m: [min x, min y, max x, max y] shown first, default the map's
  *   underlay: address of an image that covers the map's bounds;  label: for screen readers;  tallest: pixels
- *   names: false hides the landmarks' names;  floor: false: the bounds are no room;  xLabel, yLabel: of the axes
+ *   floor: false: the bounds are no room;  xLabel, yLabel: of the axes
  *
  * Layers, which update() takes by name. Each is a list; places are in metres, angles in radians in the world:
  *   areas:    { name, colour, points: [[x, y], ...], solid }
  *   paths:    { name, colour, points: [[x, y], ...], dash, halo, show(i) }; a missing point breaks the line
  *   points:   { name, colour, points: [[x, y], ...], shape, r, open, show(i) }
- *   ellipses: { name, colour, x_m, y_m, var_x_m2, cov_xy_m2, var_y_m2, sigmas: 1, dash }
+ *   ellipses: { name, colour, x_m, y_m, var_x_m2, cov_xy_m2, var_y_m2, sigmas: 1 }
  *   rays:     { name, colour, from: [x, y], bearing_rad, range_m, sigma_m, dash }; without range_m, to the edge
  *   poses:    { name, colour, x_m, y_m, heading_rad, radius_m, dash }
  *   landmarks: { name, x_m, y_m, radius_m, rgb or bands }: in addition to those of the map
@@ -81,10 +80,7 @@ export class Plan {
     this.node = el('div', { class: 'plan' }, el('div', { class: 'plan-head' }, this.legend,
       el('div', { class: 'plan-buttons' }, buttons)), el('div', { class: 'stage' }, this.root, this.readout));
     this.listen();
-    watchWidth(this.node, (width) => {
-      this.width = width;
-      this.render();
-    });
+    watchWidth(this.node, (width) => this.render(width));
   }
 
   /** Shows other layers; those that are not given stay. */
@@ -95,19 +91,14 @@ export class Plan {
     this.drawLayers(Object.keys(layers));
   }
 
-  /** Shows another map, or another underlay. */
-  setMap(map, underlay) {
-    Object.assign(this.options, { map, underlay });
-    this.reset();
-  }
-
   get whole() {
     const bounds = this.options.bounds_m ?? this.options.map?.bounds_m;
     return bounds?.every(exists) && bounds[2] > bounds[0] && bounds[3] > bounds[1] ? bounds : [-0.5, -0.5, 0.5, 0.5];
   }
 
-  render() {
-    if (!this.width) return;
+  render(width = this.width) {
+    if (!width) return;
+    this.width = width;
     const [x0, y0, x1, y1] = this.whole, { tallest } = this.options;
     const [left, top] = [44, 20], wide = this.width - left - 8;
     const tall = Math.max(Math.min(Math.round(wide * (y1 - y0) / (x1 - x0)), tallest), 120);
@@ -209,12 +200,12 @@ export class Plan {
     return paint(svgPath(markerClass({ shape, open }), markersPath(shape, ...this.path(points), r)), colour);
   }
 
-  ellipses({ colour, x_m, y_m, sigmas = 1, dash, ...covariance }) {
+  ellipses({ colour, x_m, y_m, sigmas = 1, ...covariance }) {
     const ellipse = ellipseOf(covariance);
     // One of less than two pixels would be a dot.
     if (!ellipse || !exists(x_m) || !exists(y_m) || sigmas * ellipse.a * this.pixels_perM < 1) return null;
     const d = linePath(...this.path(ellipsePoints([x_m, y_m], ellipse, sigmas)));
-    return paint(svgPath('thin', `${d}z`, dash), colour);
+    return paint(svgPath('thin', `${d}z`), colour);
   }
 
   rays({ colour, from, bearing_rad, range_m, sigma_m, dash }) {
@@ -238,7 +229,7 @@ export class Plan {
   landmarks({ name, x_m, y_m, radius_m, rgb, bands }) {
     const place = [x_m, y_m], [x, y] = this.px(place), r = Math.max((radius_m ?? 0) * this.pixels_perM, 4);
     const number = bands !== undefined && `no. ${bands}`, fill = rgb ? `rgb(${rgb.map(Number)})` : 'var(--card)';
-    const words = [number, this.options.names !== false && name].filter(Boolean).join(' ');
+    const words = [number, name].filter(Boolean).join(' ');
     const seen = x > -r && x < this.wide + r && y > -r && y < this.tall + r, right = x < this.wide - 60;
     return [this.disc(place, radius_m, { class: 'landmark', style: `fill:${fill}` }, 4),
       number && this.disc(place, radius_m / 2, { class: 'landmark', style: 'fill:none' }, 2),
@@ -294,9 +285,8 @@ export class Plan {
     d3.select(this.inner).call(this.zoom);
     this.root.addEventListener('pointerdown', () => this.root.focus({ preventScroll: true }));
     this.root.addEventListener('pointermove', (event) => {
-      const box = this.root.getBoundingClientRect(), scale = this.width / box.width;
-      const at = [(event.clientX - box.left) * scale - this.left, (event.clientY - box.top) * scale - this.top];
-      if (!event.buttons) this.drawHover(at);
+      const [x, y] = d3.clientPoint(this.root, event);
+      if (!event.buttons) this.drawHover([x - this.left, y - this.top]);
     });
     this.root.addEventListener('pointerleave', () => this.drawHover(null));
     this.root.addEventListener('keydown', (event) => {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Charts.
 import { button, el, svg, svgPath, svgText, setAttributes, watchWidth } from './kit.js';
-import { exists, significant, noValue, paint } from './kit.js';
+import { exists, keyedChildren, significant, noValue, paint } from './kit.js';
 
 // ---- logic without DOM
 
@@ -22,13 +22,8 @@ export function readableLimit(values) {
  */
 export function axisDomain(values, { min, max, scale, zero, pad = 0.05 } = {}) {
   const log = scale === 'log';
-  let low = Infinity, high = -Infinity;
-  for (const value of values) {
-    if (!exists(value) || (log && value <= 0)) continue;
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  if (low > high) return log ? [min ?? 0.1, max ?? (min ?? 0.1) * 100] : [min ?? 0, max ?? (min ?? 0) + 1];
+  let [low, high] = d3.extent(values.filter((value) => exists(value) && !(log && value <= 0)));
+  if (low === undefined) return log ? [min ?? 0.1, max ?? (min ?? 0.1) * 100] : [min ?? 0, max ?? (min ?? 0) + 1];
   if (log) {
     const factor = Math.max((high / low) ** pad, low === high ? 2 : 1);
     return [min ?? low / factor, max ?? high * factor];
@@ -103,13 +98,13 @@ export function markerPath(shape, x, y, r) {
 
 /** Returns the path of markers at places in pixels. Of markers that would cover each other, only the first is kept. */
 export function markersPath(shape, xs, ys, r) {
-  const outline = markerOutlines[shape](r), taken = new Set();
+  const taken = new Set();
   let path = '';
   for (let i = 0; i < xs.length; ++i) {
     const place = Math.round(xs[i]) * 8192 + Math.round(ys[i]);
     if (!exists(place) || taken.has(place)) continue;
     taken.add(place);
-    path += `M${tenth(xs[i])},${tenth(ys[i])}${outline}`;
+    path += markerPath(shape, xs[i], ys[i], r);
   }
   return path;
 }
@@ -137,19 +132,15 @@ function keyOf({ kind, dash, shape, open }) {
 export function fillLegend(node, series, hidden, changed) {
   const entries = series.filter(({ name, legend }, i) => name && legend !== false
     && series.findIndex((each) => each.name === name) === i);
-  const key = JSON.stringify(entries.map(({ name, colour, dash, shape }) =>
-    [name, colour, dash, shape, hidden.has(name)]));
-  if (node.legendKey === key) return;
-  node.legendKey = key;
-  const focused = [...node.children].indexOf(document.activeElement);
-  node.replaceChildren(...entries.map((entry) => {
+  const keys = entries.map(({ name, colour, dash, shape }) => JSON.stringify([name, colour, dash, shape]));
+  keyedChildren(node, keys, (key) => {
+    const entry = entries[keys.indexOf(key)];
     const picture = svg('svg', { class: 'drawing key', viewBox: '0 0 20 16', 'aria-hidden': 'true' }, keyOf(entry));
     return paint(button([picture, entry.name], () => {
       if (!hidden.delete(entry.name)) hidden.add(entry.name);
       changed();
-    }, { 'aria-pressed': String(!hidden.has(entry.name)), title: 'Hide or show' }), entry.colour);
-  }));
-  node.children[focused]?.focus();
+    }, { title: 'Hide or show' }), entry.colour);
+  }).forEach((each, i) => each.setAttribute('aria-pressed', !hidden.has(entries[i].name)));
 }
 
 // ---- the chart
@@ -163,7 +154,8 @@ const laneHeight = 8;
  *   label: says what it shows, for screen readers; height: of the plotting area, pixels
  *   left: least room for the texts at the y axis, pixels, so that charts below each other begin at one place
  *   mode: 'x' (default; the read-out and the zoom follow x, which ascends in each series) or 'xy' (points in a plane)
- *   onSpan(span): after a zoom by the user; onPick(x, series, index): after a click or Enter
+ *   onSpan(span): after a zoom by the user; onPick(x, series, index): after a click or Enter; onHover({ each, i }): the
+ *     point of a series that is read, or undefined;  labels(plot): nodes over the series, in pixels
  *
  * Series: { name, kind, colour, x: [], y: [] } and what its kind needs. Missing values (undefined, null, NaN) break
  * lines.
@@ -174,6 +166,7 @@ const laneHeight = 8;
  *        'bars': width (in x; on a band axis they share the band), from zero
  *        'rule': only x or only y, a number: a line across; text: written at it, in line `row`
  *        'lane': only x, ascending: marks below the axis, each such series in a row of its own; step: of neighbours
+ *   tags: names in the legend, any of which hides the series, default its own;  faint: true (half transparent)
  *   show(i): text of a point in the read-out;  legend: false;  hover: false;  thin: true (a thin line)
  */
 export class Plot {
@@ -182,7 +175,6 @@ export class Plot {
     this.series = this.options.series;
     this.hidden = new Set();
     this.span = this.ySpan = null;
-    this.groups = new Map();
     this.legend = el('div', { class: 'legend', role: 'group', 'aria-label': 'Series' });
     this.axes = svg('g');
     this.inner = svg('svg');
@@ -191,15 +183,13 @@ export class Plot {
     this.selection = svg('rect', { class: 'selection', 'data-transient': '' });
     this.surface = svg('rect', { class: 'surface', tabindex: 0, role: 'application', 'data-transient': '', 'aria-label':
       `${options.label ?? 'Chart'}. Arrow keys read values, plus and minus zoom, Escape shows everything.` });
-    this.root = svg('svg', { class: 'drawing' }, this.axes, this.inner, this.edges, this.cursor, this.selection,
-      this.hover, this.surface);
+    this.labels = svg('g');
+    this.root = svg('svg', { class: 'drawing' }, this.axes, this.inner, this.edges, this.labels, this.cursor,
+      this.selection, this.hover, this.surface);
     this.readout = el('div', { class: 'readout', role: 'status', hidden: true });
     this.node = el('div', { class: 'plot' }, this.legend, el('div', { class: 'stage' }, this.root, this.readout));
     this.listen();
-    watchWidth(this.node, (width) => {
-      this.width = width;
-      this.render();
-    });
+    watchWidth(this.node, (width) => this.render(width));
   }
 
   /** Shows other series, or the same ones with other data. */
@@ -221,7 +211,7 @@ export class Plot {
   }
 
   get shown() {
-    return this.series.filter(({ name }) => !this.hidden.has(name));
+    return this.series.filter(({ name, tags = [name] }) => tags.every((tag) => !this.hidden.has(tag)));
   }
 
   get valueAxis() {
@@ -282,8 +272,9 @@ export class Plot {
 
   // ---- drawing
 
-  render() {
-    if (!this.width) return;
+  render(width = this.width) {
+    if (!width) return;
+    this.width = width;
     const { x, y, height, mode } = this.options;
     fillLegend(this.legend, this.series, this.hidden, () => this.render());
     this.lanes = this.series.filter(({ kind }) => kind === 'lane').map(({ name }) => name);
@@ -306,6 +297,7 @@ export class Plot {
     setAttributes(this.surface, frame);
     this.drawAxes(Math.max((right - left) / 75, 2), yCount);
     this.drawSeries();
+    this.labels.replaceChildren(...this.options.labels?.(this) ?? []);
     this.drawCursor();
     const [read] = this.points ?? [];  // stays under the pointer while data come in
     this.drawHover(read ? this.pointsAt(read.x, read.y) : null);
@@ -333,47 +325,35 @@ export class Plot {
   }
 
   drawSeries() {
-    const { shown, groups } = this, edges = [];
-    const wanted = new Set(shown.map(({ name }) => name));
-    for (const [name, group] of groups) {
-      if (wanted.has(name)) continue;
-      group.remove();
-      groups.delete(name);
-    }
-    let above = 0, below = 0;
-    for (const each of shown) {
-      if (!groups.has(each.name)) groups.set(each.name, svg('g'));
-      const group = groups.get(each.name), parts = this.partsOf(each).filter(([, d]) => d);
-      this.inner.append(paint(group, each.colour));
-      while (group.children.length > parts.length) group.lastChild.remove();
-      parts.forEach(([style, d, dash], i) => {
-        const path = group.children[i] ?? group.appendChild(svg('path'));
-        setAttributes(path, { class: style, d, 'stroke-dasharray': dash ?? 'none' });
+    const { shown } = this, edges = [];
+    const groups = keyedChildren(this.inner, shown.map(({ name }) => name), () => svg('g'));
+    const [low, high] = this.sy.domain(), beyond = { above: 0, below: 0 };
+    for (const [k, each] of shown.entries()) {
+      const parts = this.partsOf(each).filter(([, d]) => d);
+      paint(groups[k], each.colour).style.opacity = each.faint ? 0.5 : '';
+      keyedChildren(groups[k], d3.keys(parts), () => svg('path')).forEach((path, i) => {
+        const [style, d, dash] = parts[i];
+        setAttributes(path, { class: style, d, 'stroke-dasharray': dash });
       });
       if (each.text) edges.push(this.ruleText(each));
-      const beyond = this.beyond(each);
-      above += beyond.up.length;
-      below += beyond.down.length;
-      const path = beyond.up.map((x) => markerPath('triangle', x, this.top + 4, 4))
-        .concat(beyond.down.map((x) => markerPath('down', x, this.sy.range()[0] - 4, 4))).join('');
+      const above = this.beyond(each, (value) => value > high), below = this.beyond(each, (value) => value < low);
+      beyond.above += above.length;
+      beyond.below += below.length;
+      const path = above.map((x) => markerPath('triangle', x, this.top + 4, 4))
+        .concat(below.map((x) => markerPath('down', x, this.sy.range()[0] - 4, 4))).join('');
       if (path) edges.push(paint(svgPath('area', path), each.colour));
     }
-    const words = [above && `\u25b2 ${above} above`, below && `\u25bc ${below} below`].filter(Boolean).join(', ');
+    const words = [beyond.above && `\u25b2 ${beyond.above} above`, beyond.below && `\u25bc ${beyond.below} below`]
+      .filter(Boolean).join(', ');
     if (words) edges.push(svgText(this.right, 13, `${words} the axis`, 'end', 'soft'));
     this.edges.replaceChildren(...edges);
   }
 
-  /** The places of values above and below the y axis. */
-  beyond({ kind, x, y }) {
-    const places = { up: [], down: [] };
-    if (!['points', 'line'].includes(kind) || this.sy.bandwidth) return places;
-    const [low, high] = this.sy.domain();
-    y.forEach((value, i) => {
-      if (!exists(value) || (value >= low && value <= high)) return;
-      const at = this.place('x', x[i]);
-      if (at >= this.left && at <= this.right) places[value > high ? 'up' : 'down'].push(at);
-    });
-    return places;
+  /** The places along the x axis of values beyond an end of the y axis. */
+  beyond({ kind, x, y }, isBeyond) {
+    if (!['points', 'line'].includes(kind) || this.sy.bandwidth) return [];
+    return x.filter((_, i) => exists(y[i]) && isBeyond(y[i])).map((value) => this.place('x', value))
+      .filter((at) => at >= this.left && at <= this.right);
   }
 
   ruleText({ x, text, row = 0 }) {
@@ -469,6 +449,7 @@ export class Plot {
   drawHover(points) {
     this.points = points;
     const [at] = points ?? [];
+    this.options.onHover?.(at);
     this.readout.hidden = !at;
     const inside = (points ?? []).filter(({ y }) => y >= this.top - 1 && y <= this.bottom);
     this.hover.setAttribute('d', (at && this.readsColumn ? `M${at.x},${this.top}V${this.bottom}` : '')
@@ -484,6 +465,11 @@ export class Plot {
     const left = at.x + 14 + wide > this.width ? Math.max(at.x - 14 - wide, 0) : at.x + 14;
     const top = Math.max(Math.min((exists(at.y) ? at.y : this.top) - tall / 2, this.bottom - tall), 0);
     Object.assign(this.readout.style, { left: `${left}px`, top: `${top}px` });
+  }
+
+  /** Rings a place { x, y } in the units of the axes; undefined: none. */
+  ring(at) {
+    if (this.width) this.hover.setAttribute('d', at ? markerPath('circle', this.sx(at.x), this.sy(at.y), 8) : '');
   }
 
   /** Moves the read-out by points, from left to right (of bars from above to below). */
@@ -525,10 +511,7 @@ export class Plot {
       .on('zoom', () => this.zoomTo(d3.event.transform));
     surface.call(this.zoom).on('dblclick.zoom', null);
     let from = null;
-    const pointer = (event) => {
-      const box = this.root.getBoundingClientRect();
-      return [event.clientX - box.left, event.clientY - box.top].map((value) => value * this.width / box.width);
-    };
+    const pointer = (event) => d3.clientPoint(this.root, event);
     const boxTo = (to) => [[0, this.left, this.right], [1, this.top, this.laneTop]].map(([k, low, high]) =>
       [from[k], to[k]].map((value) => Math.min(Math.max(value, low), high)).sort((a, b) => a - b));
     const on = (names, listener) => names.split(' ').forEach((name) => this.surface.addEventListener(name, listener));

@@ -5,8 +5,9 @@ import { showPage, section, facts, list, tiles, judgement, table, figure, figure
 import { verdictOf, verdictChip, byFrequency, shareBar, swatch, setAttributes } from './kit.js';
 import { Plot, histogram, linkPlots, markerShapes, readableLimit } from './plot.js';
 import { Plan, boundsOf } from './plan.js';
+import { distanceBetween } from './player.js';
 import { staggeredRows } from './mirrors.js';
-import { runView } from './runview.js';
+import { RunView } from './runview.js';
 
 const scaled = (value, scale) => exists(value) ? scale * value : undefined;
 const inMm = (value_m) => scaled(value_m, 1000);
@@ -98,7 +99,7 @@ function rangeTable({ summary, baseline, landmarks, has_truth, has_bounds }) {
     show: ({ paper }) => paper ? String(paper[`${head}_mm`]) : noValue });
   const beforeColumns = errorColumns(({ before }) => before.range_error, 1000, 'm', 2);
   const groups = [
-    ['', [{ head: 'landmark', value: ({ name }) => name,
+    ['', [{ head: 'landmark', key: 'name',
       show: ({ rgb, name }) => el('span', { class: 'named' }, swatch(rgb), name) }]],
     ['frames', [{ head: 'with a range', value: covered },
       shareColumn('covered', (row) => [covered(row), summary.frames])]],
@@ -110,8 +111,7 @@ function rangeTable({ summary, baseline, landmarks, has_truth, has_bounds }) {
       [{ head: 'alone: mean', digits: 2, value: ({ rounding_error_m }) => inMm(rounding_error_m) }]],
     has_truth && baseline && ['method paper', [beforeColumns[0], beforeColumns[3]]],
     has_truth && ['the paper', [paperColumn('mean'), paperColumn('max')]]].filter(Boolean);
-  return [table({ caption: `Range to each landmark${has_truth ? ', |computed \u2212 true|' : ''}`, rows,
-    groups: groups.map(([head, { length }]) => [head, length]), columns: groups.flatMap(([, columns]) => columns) }),
+  return [table({ caption: `Range to each landmark${has_truth ? ', |computed \u2212 true|' : ''}`, rows, groups }),
   has_truth && el('p', { class: 'soft' }, has_bounds
     ? 'The Cram\u00e9r\u2013Rao bound is the smallest standard deviation that any unbiased method can have. It is '
       + "computed from the landmark's outline in both mirrors, at the true pose, with the noise of the outline as "
@@ -130,7 +130,7 @@ function coverageTable({ summary, method }) {
   const words = (row) => byFrequency(row.verdicts).map(([verdict, count]) => el('span', { class: 'count' },
     verdictChip(verdict, method), ` ${count}`,
     verdict === 'occluded' && hidden(row) > 0 && ` (${hidden(row)} with a range)`));
-  return [table({ caption: 'Result of each frame', rows, columns: [{ head: '', value: ({ name }) => name },
+  return [table({ caption: 'Result of each frame', rows, columns: [{ head: '', key: 'name' },
     { head: 'share of the frames', text: true, value: ok, show: ({ verdicts }) => shareBar(verdicts) },
     { head: 'frames by verdict', text: true, value: ok, show: words }] }),
   el('div', { class: 'meanings' }, [...seen].sort().map((verdict) =>
@@ -150,7 +150,7 @@ function positionTable({ summary, baseline, paper, has_truth, has_bounds }) {
     has_truth && counted('odometry alone', odometry),
     has_truth && { name: 'the paper (max: "within")',
       error: { mean_m: paper.position_mean_mm / 1000, max_m: paper.position_within_mm / 1000 } }].filter(Boolean);
-  const first = [{ head: '', value: ({ name }) => name }, { head: 'frames', value: (row) => row.frames }];
+  const first = [{ head: '', key: 'name' }, { head: 'frames' }];
   const columns = [...first, shareColumn('covered', (row) => exists(row.frames) ? [row.frames, frames] : undefined)];
   if (has_truth) columns.push(...errorColumns(({ error }) => error, 1000, 'm', 2));
   if (has_truth && has_bounds) {
@@ -178,9 +178,8 @@ function budgetTable(budget) {
   const pair = (of) => [column(of, 'analytic', 'analytic'), column(of, 'monte_carlo', 'Monte Carlo')];
   const [total, ...lines] = budget.lines, { withheld_ranges, withheld_positions } = budget;
   return [table({ caption: 'Root mean square error in mm that each source adds', rows: [...lines, total],
-    groups: [['', 2], [`range at ${budget.range_m} m`, 2], ['position', 2]], columns: [
-      { head: 'source', value: ({ source }) => source }, { head: 'wrong by', value: ({ size }) => size },
-      ...pair('range'), ...pair('position')] }),
+    groups: [['', [{ head: 'source' }, { head: 'wrong by', key: 'size' }]],
+      [`range at ${budget.range_m} m`, pair('range')], ['position', pair('position')]] }),
   el('p', { class: 'soft' }, `Ranges over ${budget.ranges} landmarks and bearings, positions over ${budget.poses} `
     + `poses of this run; noise of the outlines ${fixed(budget.edge_noise_px, 3)} px `
     + `(${budget.noise_measured ? 'measured' : 'assumed'}); skew at ${fixed(budget.speed_mps)} m/s and `
@@ -195,10 +194,8 @@ function budgetTable(budget) {
 
 /** The distance of two paths at each frame; undefined where one is missing. */
 export function pathErrors(path, truth) {
-  return path && truth ? path.x_m.map((x, i) => {
-    const places = [x, path.y_m[i], truth.x_m[i], truth.y_m[i]];
-    return places.every(exists) ? Math.hypot(places[0] - places[2], places[1] - places[3]) : undefined;
-  }) : undefined;
+  const at = ({ x_m, y_m }, i) => ({ x_m: x_m[i], y_m: y_m[i] });
+  return path && truth ? path.x_m.map((_, i) => distanceBetween(at(path, i), at(truth, i))) : undefined;
 }
 
 const fixKeys = ['x_m', 'y_m', 'true_x_m', 'true_y_m', 'var_x_m2', 'cov_xy_m2', 'var_y_m2'];
@@ -207,14 +204,9 @@ const isFix = ({ x_m, y_m, verdict }, i) => exists(x_m[i]) && exists(y_m[i]) && 
 
 /** Marks of the frames without an answer, in a row for each reason. */
 function reasonLanes(frames, verdicts, isMissing, prefix) {
-  const lanes = new Map();
-  verdicts.forEach((verdict, i) => {
-    if (verdict === null || !isMissing(i)) return;
-    if (!lanes.has(verdict)) lanes.set(verdict, []);
-    lanes.get(verdict).push(frames[i]);
-  });
-  return [...lanes].map(([verdict, x]) =>
-    ({ name: prefix + verdict, kind: 'lane', colour: verdictOf(verdict).colour, x }));
+  const missing = d3.range(verdicts.length).filter((i) => verdicts[i] !== null && isMissing(i));
+  return d3.nest().key((i) => verdicts[i]).entries(missing).map(({ key, values }) =>
+    ({ name: prefix + key, kind: 'lane', colour: verdictOf(key).colour, x: values.map((i) => frames[i]) }));
 }
 
 function beyondWords(errors_mm, limit_mm) {
@@ -596,6 +588,6 @@ export function reportPage(data) {
     part('run', 'The run', 'Run', runFacts(data)),
   ] });
   if (data.frames.length === 0) return;
-  view = runView(player, { run: data.run, frames: data.frames, images: data.images, every: data.every });
+  view = new RunView(player, { run: data.run, frames: data.frames, images: data.images, every: data.every });
   view.player.listeners.push(() => plots.forEach((plot) => plot.setCursor(view.player.frame?.frame)));
 }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of the view of a run: room, figures over time, strip of verdicts, tables and gauges, drawn anew for each frame.
 import { degrees, el, exists, figure, fixed, millimetres, noValue, quantity, swatch } from './kit.js';
-import { verdictChip, verdictOf, watchWidth } from './kit.js';
+import { keyedChildren, setText, verdictChip, verdictOf, watchWidth } from './kit.js';
 import { Plot } from './plot.js';
 import { Plan } from './plan.js';
 import { distanceBetween, positionSigma } from './player.js';
-import { keyedChildren, setText } from './mirrors.js';
 import { ellipseFactor, plusMinus, sigmasOf95 } from './magnifier.js';
 
 const stripRow_px = 16;

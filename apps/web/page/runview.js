@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The view of one run, stored or live: everything about the frame that is shown, and the bar that plays it.
-import { button, el, facts, list, quantity } from './kit.js';
+import { button, el, facts, list, quantity, setText } from './kit.js';
 import { FrameStore, Player, playerSpeeds } from './player.js';
-import { MirrorPanel, mirrorViews, setText } from './mirrors.js';
+import { MirrorPanel, mirrorViews } from './mirrors.js';
 import { Magnifier } from './magnifier.js';
 import { Gauges, PoseTable, RangeTable, RoomView, TimeView, nameOfVerdicts } from './runparts.js';
 
@@ -98,9 +98,16 @@ class PlayerBar {
   }
 }
 
-/** See runView(). */
-class RunView {
-  constructor(container, { run, every = 1, frames = [], images = {}, events = [] }, options) {
+/**
+ * Fills a container with the view of a run.
+ * @param telemetry { run, frames, images, every, events }: the run's line, its frames, the addresses of its images by
+ *   frame number ({ lower, upper }), and 2 if only every second frame is there
+ * @param options store: a FrameStore in place of telemetry.frames; imageOf(frame, view): an address or a Blob; live;
+ *   follow: the view has no player of its own; beside: a node beside the room; keyTarget: what listens to keys, default
+ *   the container; keys: further [keys, meaning] of the help
+ */
+export class RunView {
+  constructor(container, { run, every = 1, frames = [], images = {}, events = [] }, options = {}) {
     Object.assign(this, { run, container, store: options.store, images: {}, eventLines: [], figures_ms: -Infinity });
     this.store ??= new FrameStore({ rate_hz: (run.robot?.rate_hz ?? 15) / every });
     if (!options.store) frames.forEach((frame) => this.store.append(frame));
@@ -230,16 +237,4 @@ class RunView {
     event.preventDefault();
     action();
   }
-}
-
-/**
- * Fills a container with the view of a run.
- * @param telemetry { run, frames, images, every, events }: the run's line, its frames, the addresses of its images by
- *   frame number ({ lower, upper }), and 2 if only every second frame is there
- * @param options store: a FrameStore in place of telemetry.frames; imageOf(frame, view): an address or a Blob; live;
- *   follow: the view has no player of its own; beside: a node beside the room; keyTarget: what listens to keys, default
- *   the container; keys: further [keys, meaning] of the help
- */
-export function runView(container, telemetry, options = {}) {
-  return new RunView(container, telemetry, options);
 }

@@ -2,8 +2,7 @@
 // The page of a sweep: what accuracy costs in time.
 import { el, svg, exists, fixed, noValue, paint, button } from './kit.js';
 import { showPage, section, facts, list, table, figure, figures } from './kit.js';
-import { markerPath } from './plot.js';
-import { LabelledPlot } from './compare.js';
+import { Plot, markerPath } from './plot.js';
 
 // ---- logic without DOM
 
@@ -14,15 +13,18 @@ export function tableNumber(value, digits = 3) {
   return fixed(value, Math.min(Math.max(digits - 1 - Math.floor(Math.log10(Math.abs(value))), 0), 6));
 }
 
-/** The two planes. `x` is the column of a cost in seconds, with the ends `low` and `high`; it is shown in `unit`. */
+/** The ends of the interval of a column: of `simulation_s` in `simulation_low_s` and `simulation_high_s`. */
+function intervalOf(setting, column) {
+  return ['low', 'high'].map((end) => setting[column.replace(/(_(?:m|s|rad))?$/, `_${end}$1`)]);
+}
+
+/** The two planes. `x` is the column of a cost in seconds; it is shown in `unit`. */
 export const costPlanes = {
   simulation: { title: "Mean position error against the simulation's time for a frame", unit: 's', unit_s: 1,
-    frontier: 'simulation_frontier', x: 'simulation_s', low: 'simulation_low_s', high: 'simulation_high_s',
-    label: 'simulation time of a frame, one core', time: '',
+    frontier: 'simulation_frontier', x: 'simulation_s', label: 'simulation time of a frame, one core', time: '',
     caption: 'Simulation time: robot time plus the median processor time of rendering both images.' },
   robot: { title: "Mean position error against the robot's time for a frame", unit: 'ms', unit_s: 1e-3,
-    frontier: 'robot_frontier', x: 'robot_p95_s', low: 'robot_p95_low_s', high: 'robot_p95_high_s',
-    label: 'robot time of a frame, one core', time: ' a stereo frame',
+    frontier: 'robot_frontier', x: 'robot_p95_s', label: 'robot time of a frame, one core', time: ' a stereo frame',
     caption: 'Robot time: vision and localisation of one frame on one core, 95 % quantile. --budget-ms limits this '
       + "time. The paper's star is for a whole stereo frame on the computer of its day, ranging included." },
 };
@@ -32,10 +34,10 @@ export const costPlanes = {
  * the plane's unit and mm. What has no place on logarithmic axes is left out.
  */
 export function planeMarks({ settings, least_answered: least }, plane) {
-  const ends = (low, high, unit) => [(low ?? 0) / unit, (high ?? Infinity) / unit];
+  const ends = ([low, high], unit) => [(low ?? 0) / unit, (high ?? Infinity) / unit];
   return settings.map((setting, index) => ({ index, setting,
-    x: setting[plane.x] / plane.unit_s, xs: ends(setting[plane.low], setting[plane.high], plane.unit_s),
-    y: setting.position_mean_m / 1e-3, ys: ends(setting.position_mean_low_m, setting.position_mean_high_m, 1e-3),
+    x: setting[plane.x] / plane.unit_s, xs: ends(intervalOf(setting, plane.x), plane.unit_s),
+    y: setting.position_mean_m / 1e-3, ys: ends(intervalOf(setting, 'position_mean_m'), 1e-3),
     onFrontier: setting[plane.frontier] === 1, answers: setting.answered >= least * setting.frames_observed }))
     .filter(({ x, y }) => x > 0 && y > 0 && exists(x) && exists(y)).sort((a, b) => a.x - b.x || a.y - b.y);
 }
@@ -92,9 +94,8 @@ export function axisValues(settings) {
 
 /** Returns the value that most settings have; of equally frequent ones the smallest. */
 function mostCommon(values) {
-  const counts = new Map();
-  for (const value of values) counts.set(value, (counts.get(value) ?? 0) + 1);
-  return [...counts].sort(([a, n], [b, m]) => m - n || a - b)[0]?.[0];
+  const count = (value) => values.filter((each) => each === value).length;
+  return [...values].sort((a, b) => count(b) - count(a) || a - b)[0];
 }
 
 /** Returns a function that names a setting by what differs from most settings: "320x240 +R2 fine x4". */
@@ -118,24 +119,24 @@ export function sweepHeadline({ settings }) {
 
 /** Returns a setting with its accuracy and costs, in lines. */
 export function settingWords(s, least_answered) {
-  const within = (unit, value, low, high) => tableNumber(s[value] / unit)
-    + (exists(s[low]) && exists(s[high]) ? ` (${tableNumber(s[low] / unit)} to ${tableNumber(s[high] / unit)})` : '');
+  const within = (unit, value) => {
+    const ends = intervalOf(s, value).filter(exists).map((end) => tableNumber(end / unit));
+    return tableNumber(s[value] / unit) + (ends.length === 2 ? ` (${ends[0]} to ${ends[1]})` : '');
+  };
   const mm = (value) => `${tableNumber(s[value] / 1e-3)} mm`, ms = (value) => `${tableNumber(s[value] / 1e-3)} ms`;
   const on = [s.robot_frontier && 'robot time', s.simulation_frontier && 'simulation time'].filter(Boolean);
   const covered = exists(s.coverage)
-    ? `; 95 % ellipses contain the truth in ${within(0.01, 'coverage', 'coverage_low', 'coverage_high')} %` : '';
+    ? `; 95 % ellipses contain the truth in ${within(0.01, 'coverage')} %` : '';
   const enough = s.answered > 0 && s.answered >= least_answered * s.frames_observed;
   return [s.is,
-    exists(s.position_mean_m) && `error: mean ${within(1e-3, 'position_mean_m', 'position_mean_low_m',
-      'position_mean_high_m')} mm; 95 % below ${mm('position_p95_m')}; max ${mm('position_max_m')}`,
-    exists(s.heading_mean_rad) && `heading: mean ${within(Math.PI / 180, 'heading_mean_rad', 'heading_mean_low_rad',
-      'heading_mean_high_rad')}\u00b0`,
+    exists(s.position_mean_m) && `error: mean ${within(1e-3, 'position_mean_m')} mm; 95 % below `
+      + `${mm('position_p95_m')}; max ${mm('position_max_m')}`,
+    exists(s.heading_mean_rad) && `heading: mean ${within(Math.PI / 180, 'heading_mean_rad')}\u00b0`,
     `answered: ${s.answered} of ${s.frames_observed} frames${covered}`,
     exists(s.bound_m) && `bound (Cram\u00e9r-Rao), rms: ${mm('bound_m')}`,
-    `robot: ${within(1e-3, 'robot_p95_s', 'robot_p95_low_s', 'robot_p95_high_s')} ms (95 % quantile); medians: vision `
-      + `${ms('vision_median_s')}, localisation ${ms('localisation_median_s')}`,
-    `rendering: ${within(1, 'render_median_s', 'render_median_low_s', 'render_median_high_s')} s; simulation: `
-      + `${tableNumber(s.simulation_s)} s`,
+    `robot: ${within(1e-3, 'robot_p95_s')} ms (95 % quantile); medians: vision ${ms('vision_median_s')}, `
+      + `localisation ${ms('localisation_median_s')}`,
+    `rendering: ${within(1, 'render_median_s')} s; simulation: ${tableNumber(s.simulation_s)} s`,
     `memory: ${fixed(s.peak_bytes / 2 ** 20, 0)} MiB, POV-Ray ${fixed(s.render_bytes / 2 ** 20, 0)} MiB`,
     on.length > 0 ? `on the frontier of ${on.join(' and of ')}`
       : enough ? 'dominated' : 'does not answer often enough for a frontier'].filter(Boolean);
@@ -180,29 +181,6 @@ function keepLine(keep, [x0, y0], [x1, y1], weight) {
 
 const levelLooks = { paper: ['paper', 'square'], found: ['c4', 'triangle'], coarse: ['c5', 'diamond'],
   fine: ['c1', 'circle'], adaptive: ['c2', 'down'] };
-
-/** A chart whose series have tags: a series is hidden if the legend's entry of any of its tags is. */
-class PlanePlot extends LabelledPlot {
-  get shown() {
-    return this.series.filter(({ name, tags = [name] }) => tags.every((tag) => !this.hidden.has(tag)));
-  }
-
-  render() {
-    super.render();
-    for (const { name, faint } of this.shown) if (this.width) this.groups.get(name).style.opacity = faint ? 0.5 : 1;
-  }
-
-  drawHover(points) {
-    super.drawHover(points);
-    this.options.onHover(points?.[0]?.each.marks?.[points[0].i].index);
-  }
-
-  /** Marks a setting; undefined: none. */
-  highlight(index) {
-    const mark = this.shown.flatMap(({ marks = [] }) => marks).find((each) => each.index === index);
-    if (this.width) this.hover.setAttribute('d', mark ? markerPath('circle', this.sx(mark.x), this.sy(mark.y), 8) : '');
-  }
-}
 
 /** Returns the series of a plane, of the settings that `shows` allows. */
 function planeSeries(data, plane, marks, [xRange, yRange], shows) {
@@ -304,11 +282,12 @@ function planeFigure(data, key, shows, point) {
   const ranges = [planeRange([paper.x, ...marks.map(({ x }) => x)]),
     planeRange([paper.y, ...marks.map(({ y }) => y), ...boundPoints(data, plane).map(([, y]) => y)])];
   const series = () => planeSeries(data, plane, marks, ranges, shows);
-  const plot = new PlanePlot({ label: plane.title, height: 600, mode: 'xy', series: series(),
+  const plot = new Plot({ label: plane.title, height: 600, mode: 'xy', series: series(),
     labels: () => planeWords(plot, data, plane, marks, paper, shows),
     x: { label: plane.label, unit: plane.unit, scale: 'log', min: ranges[0][0], max: ranges[0][1] },
     y: { label: 'mean position error', unit: 'mm', scale: 'log', min: ranges[1][0], max: ranges[1][1] },
-    onHover: (index) => point(index, plot), onPick: (_, each, i) => point(each.marks?.[i].index, plot, true) });
+    onHover: (at) => point(at?.each.marks?.[at.i].index, plot),
+    onPick: (_, each, i) => point(each.marks?.[i].index, plot, true) });
   const silent = data.settings.filter(({ position_mean_m: mean }) => !exists(mean)).length;
   const node = figure({ id: `${key}_time`, title: plane.title,
     caption: `${plane.caption} Marks with 95 % intervals are on the frontier; no swept setting is below the staircase `
@@ -325,13 +304,14 @@ function planeFigure(data, key, shows, point) {
 
 // ---- the table
 
-function meanText({ position_mean_m: mean, position_mean_low_m: low, position_mean_high_m: high }) {
+function meanText(setting) {
+  const { position_mean_m: mean } = setting, [low, high] = intervalOf(setting, 'position_mean_m');
   const within = exists(high) && el('small', {}, ` ${tableNumber(low / 1e-3)}\u2013${tableNumber(high / 1e-3)}`);
   return exists(mean) ? [tableNumber(mean / 1e-3), within] : noValue;
 }
 
 function settingsTable(settings) {
-  const words = (head, key = head) => ({ head, value: (s) => s[key], show: sweepAxes[head] });
+  const words = (head, key = head) => ({ head, key, show: sweepAxes[head] });
   const levels = Object.keys(levelLooks);
   const numbers = [['RMSE/mm', 'position_rmse_m', 1e-3], ['95 %/mm', 'position_p95_m', 1e-3],
     ['max/mm', 'position_max_m', 1e-3], ['heading/\u00b0', 'heading_mean_rad', Math.PI / 180],
@@ -350,7 +330,7 @@ function settingsTable(settings) {
     words('rays', 'antialias'), words('effects'),
     { ...words('estimator'), text: true, value: (s) => levels.indexOf(s.estimator) + (s.enough_m ?? 0) },
     words('landmarks'), words('bearings'), words('rate/Hz', 'rate_hz'), words('frames'),
-    { head: 'mean/mm', value: (s) => s.position_mean_m, show: meanText },
+    { head: 'mean/mm', key: 'position_mean_m', show: meanText },
     ...numbers.map(([head, key, unit]) => ({ head, value: (s) => valueOf(s, key),
       show: (s) => exists(valueOf(s, key)) ? tableNumber(valueOf(s, key) / unit) : noValue })),
   ] });
@@ -360,7 +340,6 @@ function settingsTable(settings) {
 
 /** Returns the choice of settings to show: { node, shows(setting) }. */
 function settingsFilter(settings, changed) {
-  const filter = {}, shows = (setting) => hasValues(setting, filter);
   const count = el('span', { class: 'soft', role: 'status' });
   const apply = () => {
     const kept = settings.filter(shows).length;
@@ -369,16 +348,12 @@ function settingsFilter(settings, changed) {
   };
   const selects = axisValues(settings).map(([axis, values]) => el('select', { name: axis, 'aria-label': axis },
     ['', ...values].map((value) => el('option', { value }, `${axis}: ${value || 'all'}`))));
-  const onchange = ({ target }) => {
-    filter[target.name] = target.value;
-    apply();
-  };
+  const shows = (setting) => hasValues(setting, Object.fromEntries(selects.map(({ name, value }) => [name, value])));
   const clear = button('Show all', () => {
     for (const select of selects) select.value = '';
-    for (const axis of Object.keys(filter)) delete filter[axis];
     apply();
   });
-  const attributes = { class: 'filters screen-only', role: 'group', 'aria-label': 'Settings to show', onchange };
+  const attributes = { class: 'filters screen-only', role: 'group', 'aria-label': 'Settings to show', onchange: apply };
   return { shows, node: el('div', attributes, selects, clear, count) };
 }
 
@@ -398,7 +373,9 @@ export function tradeoffPage(data) {
     for (const each of document.querySelectorAll(`[data-setting="${index}"]`)) {
       (each.closest('tr') ?? each).classList.add('pointed');
     }
-    for (const { plot } of planes) if (plot !== from) plot.highlight(index);
+    for (const { plot } of planes) {
+      if (plot !== from) plot.ring(plot.shown.flatMap(({ marks = [] }) => marks).find((each) => each.index === index));
+    }
     if (wantsRow) rows[index]?.scrollIntoView({ block: 'center' });
   };
   const planes = Object.keys(costPlanes).map((key) => planeFigure(data, key, shows, point));
@@ -426,8 +403,7 @@ export function tradeoffPage(data) {
       section('repeat', 'How to repeat this',
         el('p', {}, 'The same version makes the same errors byte for byte, and its own times:'),
         el('pre', { class: 'command' }, data.repeat), facts([['twocone', `${data.version}, commit ${data.commit}`],
-          ['compiler', data.compiler], ['machine', data.machine], ['robot', data.robot], ['map', data.map],
-          ['seed', String(data.seed)], ['episodes', String(data.episodes)],
+          ...['compiler', 'machine', 'robot', 'map', 'seed', 'episodes'].map((name) => [name, data[name]]),
           ['landmarks, the most important first', data.landmarks.join(', ')]])),
     ] });
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of stored runs: their list, one run, or several side by side.
-import { button, el, millimetres, parseJsonLines, percent, schemeToggle, showPage, table } from './kit.js';
+import { addressOf, button, el, millimetres, parseJsonLines, percent, schemeToggle, showPage, table } from './kit.js';
 import { ChunkedStore } from './player.js';
-import { runView, runWords } from './runview.js';
+import { RunView, runWords } from './runview.js';
 
 const mostBeside = 4;
 
@@ -30,42 +30,39 @@ function runList(rows, open) {
       opener.disabled = chosen.size === 0 || chosen.size > mostBeside;
       choice.textContent = ` ${chosen.size} selected, of at most ${mostBeside}.`;
     } });
-  const column = (head, key, more) => ({ head, value: (row) => row[key], ...more });
-  const shown = (head, key, show) => column(head, key, { show: (row) => show(row[key]) });
+  const shown = (head, key, show) => ({ head, key, show: (row) => show(row[key]) });
   const share = (value) => percent(value, 1), mm = (value_m) => millimetres(value_m, 2), text = true;
   const link = ({ run, name }) => el('a', { href: hashOfState({ runs: [run] }) }, name);
-  const columns = [column('run', 'name', { show: link }), { head: 'select', show: box, text },
-    column('robot', 'robot', { text }), column('behaviour', 'behaviour', { text }),
-    column('method', 'method', { text }), column('seed', 'seed'), column('frames', 'frames'),
-    column('finished', 'finished', { text, value: ({ finished }) => finished === false ? 'no' : finished && 'yes' }),
+  const columns = [{ head: 'run', key: 'name', show: link }, { head: 'select', key: 'run', show: box, text },
+    { head: 'robot', text }, { head: 'behaviour', text }, { head: 'method', text }, { head: 'seed' },
+    { head: 'frames' },
+    { head: 'finished', text, value: ({ finished }) => finished === false ? 'no' : finished && 'yes' },
     shown('mean error', 'mean_error_m', mm), shown('95 % of errors below', 'p95_error_m', mm),
     shown('in 95 % ellipse', 'coverage_95', share), shown('frames with a fix', 'fixes_share', share),
     shown('mean error, track', 'track_mean_error_m', mm)];
-  const known = columns.filter(({ value }) => !value || rows.some((row) => value(row) !== undefined));
+  const known = columns.filter(({ head, key = head }) => rows.some((row) => row[key] !== undefined));
   return el('div', { class: 'run-list' }, table({ caption: 'Runs', columns: known, rows }),
     rows.length > 1 && el('p', { class: 'screen-only' }, opener, choice));
 }
 
 /** The page `view`. */
 export function viewPage() {
-  const token = new URLSearchParams(location.search).get('token') ?? '';
-  const address = (path, query) => `${path}?${new URLSearchParams({ token, ...query })}`;
   const get = async (path, query) => {
-    const answer = await fetch(address(path, query));
+    const answer = await fetch(addressOf(path, query));
     if (!answer.ok) throw new Error(`${path}: status ${answer.status}`);
     return answer.text();
   };
   let listed, generation = 0;
 
   const openRun = async ({ run: number, frames: count }, container, options) => {
-    const load = async (from, most) => parseJsonLines(await get('/telemetry', { run: number, from, count: most }));
+    const load = async (from, most) => parseJsonLines(await get('telemetry', { run: number, from, count: most }));
     const ofType = (lines, wanted) => lines.filter(({ type }) => type === wanted);
     const first = await load(0, 450), [run] = ofType(first, 'run'), events = ofType(first, 'event');
     const store = new ChunkedStore(async (from, most) => ofType(from === 0 ? first : await load(from, most), 'frame'),
       { count, rate_hz: run.robot?.rate_hz });
     await store.fetch(0);
-    const view = runView(container, { run, events }, { ...options, store,
-      imageOf: (frame, side) => address('/image', { run: number, view: side, frame: frame.frame }) });
+    const view = new RunView(container, { run, events }, { ...options, store,
+      imageOf: (frame, side) => addressOf('image', { run: number, view: side, frame: frame.frame }) });
     container.after(el('p', { class: 'soft' }, runWords(run)));
     store.arrived = () => view.request();
     store.fetchDigests().catch(({ message }) => view.note.textContent = `Not all frames could be loaded: ${message}`);
@@ -104,7 +101,7 @@ export function viewPage() {
   const show = async () => {
     const mine = ++generation;
     try {
-      listed ??= JSON.parse(await get('/runs'));
+      listed ??= JSON.parse(await get('runs'));
       const { runs, t_s } = stateOfHash(location.hash);
       const rows = listed.length === 1 ? listed : listed.filter(({ run }) => runs.includes(run));
       if (rows.length) await showRuns(rows, t_s, mine);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of a simulated world that a program serves: its robots from above, and what their cameras see.
-import { el, facts, figure, fixed, plural, schemeToggle } from './kit.js';
+import { el, facts, figure, fixed, plural, schemeToggle, setText } from './kit.js';
 import { Plan } from './plan.js';
-import { setText } from './mirrors.js';
 import { Connection } from './live.js';
 
 const mostTrail = 4000;  // places
@@ -68,8 +67,7 @@ export function worldPage() {
     setText(state, connected ? `Connected; ${plural(robots.length, 'robot')}.` : 'Disconnected; connecting again\u2026');
   };
   let isConnected = false;
-  const token = new URLSearchParams(location.search).get('token') ?? '';
-  new Connection(`${location.protocol.replace('http', 'ws')}//${location.host}/stream?${new URLSearchParams({ token })}`, {
+  new Connection({
     changed: (connected) => tell(isConnected = connected),
     line: (message) => {
       lines[message.type]?.(message);
