@@ -21,7 +21,8 @@ export function worldPage() {
       setText(title, document.title);
       trails.clear();
       plan = new Plan({ map, label: 'The room from above, with the robots where they really are' });
-      room.replaceChildren(figure({ id: 'world', title: 'Room from above', caption: 'Robots where they really are.' }, plan.node));
+      const about = { id: 'world', title: 'Room from above', caption: 'Robots where they really are.' };
+      room.replaceChildren(figure(about, plan.node));
     },
     robots: (message) => {
       robots = message.robots;
@@ -64,7 +65,8 @@ export function worldPage() {
   };
   const tell = (connected) => {
     state.dataset.state = connected ? 'good' : 'bad';
-    setText(state, connected ? `Connected; ${plural(robots.length, 'robot')}.` : 'Disconnected; connecting again\u2026');
+    const count = plural(robots.length, 'robot');
+    setText(state, connected ? `Connected; ${count}.` : 'Disconnected; connecting again\u2026');
   };
   let isConnected = false;
   new Connection({
@@ -75,5 +77,6 @@ export function worldPage() {
     },
     image: showImage,
   });
-  document.getElementById('main').replaceChildren(el('header', {}, title, schemeToggle()), state, room, numbers, pictures);
+  const header = el('header', {}, title, schemeToggle());
+  document.getElementById('main').replaceChildren(header, state, room, numbers, pictures);
 }
