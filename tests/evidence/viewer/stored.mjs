@@ -28,7 +28,7 @@ for (let k = 0; k < (screenshot ? 1 : 5); ++k) {
   const page = await Browser.open({ width: Number(width), first: `(${watchDrawing})();` });
   await page.go(`file://${resolve(file)}`);
   await page.holds('window.whole', 60_000);
-  opened.push(await page.value('[first, whole]'));
+  opened.push(await page.value('[window.first, window.whole]'));
   errors.push(...await page.errors());
   requests += await page.value('performance.getEntriesByType("resource").filter(({ name }) => !/^(data|blob):/.test(name)).length');
   if (screenshot) {
