@@ -19,7 +19,7 @@ case "${1:-}" in
     # For the virtual machine of tests/vm, the tests in it, and the build of its modules.
     packages+=(qemu-system-x86 busybox-static cpio kmod udev v4l-utils valgrind libcamera-ipa linux-headers-amd64)
     packages+=(libmrpt-slam-dev) # tests/evidence/mrpt_slam.cpp
-    packages+=(chromium chromium-driver nodejs) # tests/evidence/viewer.sh
+    packages+=(chromium chromium-driver firefox-esr nodejs) # tests/evidence/viewer.sh
     packages+=(slurm-wlm munge) # a cluster of one node, tests/evidence/slurm_node.sh
     ;;
 esac

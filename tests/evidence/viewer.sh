@@ -50,7 +50,7 @@ images() {
   local name
   node $scripts/stored.mjs "$scratch/run_450/report.html" "" "$scratch/viewer-report.png" 1200 1500 || return 1
   for name in live report phone; do
-    convert "$scratch/viewer-$name.png" +dither -colors 200 "PNG8:docs/images/viewer-$name.png" || return 1
+    convert "$scratch/viewer-$name.png" +dither -colors 256 "PNG8:docs/images/viewer-$name.png" || return 1
     stat -c "%n %s" "docs/images/viewer-$name.png"
   done
 }

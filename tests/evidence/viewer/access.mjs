@@ -31,7 +31,8 @@ async function look(what) {
     const found = await page.value('see.contrasts()');
     texts += found.texts;
     lines += found.lines;
-    low.push(...found.low.map(({ ratio, least, what: words, where }) => `${what}, ${scheme}: ${ratio.toFixed(2)} < ${least}: "${words}" in ${where}`));
+    low.push(...found.low.map(({ ratio, least, what: words, where }) =>
+      `${what}, ${scheme}: ${ratio.toFixed(2)} < ${least}: "${words}" in ${where}`));
   }
   alone.push(...(await page.value('see.colourAlone()')).map((name) => `${what}: only colour distinguishes ${name} from another entry`));
   for (const width of [1200, 400, 360]) {

@@ -3,6 +3,7 @@
 //   node attacks.mjs SCRATCH PROGRAM WEB_ATTACK COUNT
 import { execFile } from 'node:child_process';
 import { connect } from 'node:net';
+import { promisify } from 'node:util';
 import { row, sleep, until, wall_ms } from './kit.mjs';
 import { startRun, streamOf } from './robot.mjs';
 import { maskedFrame, openStream } from './stream.mjs';
@@ -27,8 +28,10 @@ function send(bytes) {
     });
   });
 }
-const upgrade = 'Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nConnection: Upgrade\r\n';
-const get = (target, { to = host, headers = 'Connection: close\r\n' } = {}) => `GET ${target} HTTP/1.1\r\nHost: ${to}\r\n${headers}\r\n`;
+const upgrade = 'Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n'
+  + 'Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n';
+const get = (target, { to = host, headers = 'Connection: close\r\n' } = {}) =>
+  `GET ${target} HTTP/1.1\r\nHost: ${to}\r\n${headers}\r\n`;
 const statusOf = async (bytes) => Number(/^HTTP\/1.1 (\d+)/.exec((await send(bytes))[0])?.[1]);
 
 async function refused(what, requests) {
@@ -40,20 +43,23 @@ async function refused(what, requests) {
 /** Does something, and reports whether the page is answered at the end of it and the robot drives on. */
 async function during(what, work) {
   const before = frames.at(-1), begin_ms = wall_ms();
-  const figure = await work();
+  let hasFailed = false;
+  const figure = await work().catch(({ message }) => (hasFailed = true, message.trim()));
   const asked_ms = wall_ms(), isAnswered = await statusOf(get(`/${search}`)) === 200, took_ms = wall_ms() - asked_ms;
   await sleep(Math.max(begin_ms + 5000 - wall_ms(), 0));
   const after = frames.at(-1), passed = after.frame - before.frame;
   row(what, `${figure}; the page is ${isAnswered ? `answered in ${took_ms.toFixed(0)} ms` : 'not answered'}; `
-    + `${(passed / (after.host_t_s - before.host_t_s)).toFixed(1)} frames a second, ${after.late_frames - before.late_frames} of ${passed} late`,
-  'the page is answered, the robot drives on', isAnswered && passed > 10);
+    + `${(passed / (after.host_t_s - before.host_t_s)).toFixed(1)} frames a second, `
+    + `${after.late_frames - before.late_frames} of ${passed} late`,
+  'the page is answered, the robot drives on', isAnswered && passed > 10 && !hasFailed);
 }
 
 await during('no attack, for comparison', () => sleep(5000).then(() => 'five seconds'));
 await refused('path traversal, with the token', ['/../../etc/passwd', '/%2e%2e/%2e%2e/etc/passwd', '/..%2f..%2fetc/passwd', '//etc/passwd',
   '/etc/passwd', '/image', '/lower/000000.png', '/..\\..\\etc\\passwd', '/%00', '/run.yaml', '/%2fetc%2fpasswd', '/.', '/stream/../run.yaml']
   .map((path) => get(path + search)));
-const origins = ['http://evil.example', 'null', `https://${host}`, `http://${hostname}`], hosts = ['evil.example', `evil.example:${port}`, hostname];
+const origins = ['http://evil.example', 'null', `https://${host}`, `http://${hostname}`];
+const hosts = ['evil.example', `evil.example:${port}`, hostname];
 await refused('other sites and users: Origin, Host (DNS rebinding), no token, a wrong one', ['/', '/stream'].flatMap((path) => [
   ...origins.map((origin) => get(path + search, { headers: `Origin: ${origin}\r\n${upgrade}` })),
   ...hosts.map((to) => get(path + search, { to, headers: upgrade })),
@@ -84,10 +90,10 @@ await during('100 clients that send a byte each second (slow loris)', async () =
 });
 await during('1000 further connections', () => hold(1000).then(() => sleep(3000)).then(ended));
 sockets.forEach((socket) => socket.destroy());
-await during('web_attack', () => new Promise((resolve) => execFile(webAttack, [run.url, count], (error, out, errors) =>
-  resolve(error ? errors.trim() : out.split('\n')[0]))));
+await during('web_attack', () => promisify(execFile)(webAttack, [run.url, count]).then(({ stdout }) => stdout.split('\n')[0]));
 const code = await Promise.race([run.stop(), sleep(60_000)]);
 const reports = run.said().match(/ERROR: \w+Sanitizer|runtime error:/g) ?? [];
-row('the program after all this, ended with ctrl-C', `status ${code}, ${reports.length} reports of sanitizers`, '130, 0', code === 130 && reports.length === 0);
+row('the program after all this, ended with ctrl-C', `status ${code}, ${reports.length} reports of sanitizers`,
+  '130, 0', code === 130 && reports.length === 0);
 if (reports.length) console.log(run.said());
 process.exit();

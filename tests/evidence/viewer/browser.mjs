@@ -121,7 +121,8 @@ export class Browser {
     return this.perform({ type: 'key', id: 'keys', actions: [keyAction('keyDown', key)] });
   }
   press(...keys) {
-    return this.perform({ type: 'key', id: 'keys', actions: keys.flatMap((key) => [keyAction('keyDown', key), keyAction('keyUp', key)]) });
+    return this.perform({ type: 'key', id: 'keys', actions:
+      keys.flatMap((key) => [keyAction('keyDown', key), keyAction('keyUp', key)]) });
   }
   /** Moves a pointer to a share of an element's size from its middle. `then` is what it does there. */
   async point(element, right = 0, down = 0, { then = () => [], pointerType = 'mouse' } = {}) {
@@ -131,14 +132,16 @@ export class Browser {
       if (!isFree(box()) || box().top < 0 || box().bottom > innerHeight) element.scrollIntoView({ block: 'center', behavior: 'instant' });
       return [box().x, box().y, box().width, box().height, isFree(box())];`, element);
     if (!isFree) throw new Error('something covers it');
-    const move = (to, below) => ({ type: 'pointerMove', duration: 30, x: Math.round(x + (0.5 + to) * w), y: Math.round(y + (0.5 + below) * h) });
+    const move = (to, below) => ({ type: 'pointerMove', duration: 30,
+      x: Math.round(x + (0.5 + to) * w), y: Math.round(y + (0.5 + below) * h) });
     await this.perform({ type: 'pointer', id: pointerType, parameters: { pointerType }, actions: [move(right, down), ...then(move)] });
   }
   click(element) {
     return this.drag(element, [0, 0], [0, 0]);
   }
   drag(element, from, to) {
-    return this.point(element, ...from, { then: (move) => [{ type: 'pointerDown', button: 0 }, move(...to), { type: 'pointerUp', button: 0 }] });
+    return this.point(element, ...from, { then: (move) =>
+      [{ type: 'pointerDown', button: 0 }, move(...to), { type: 'pointerUp', button: 0 }] });
   }
   /** Presses a pointer in an element until release(). */
   hold(element, right, down, pointerType) {

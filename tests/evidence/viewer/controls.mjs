@@ -22,7 +22,8 @@ const changes = (what) => [`${what} !== was`, { before: what }];
 /** Uses a control: with keys (reached with Tab), or by a click or what `pointer` does. Choices are made with keys. */
 function use(control, keys, effect, { before, pointer = (found) => page.click(found) } = {}) {
   if (byKeys) return user.press(control, keys, effect, { before, isReached: true });
-  return control.includes('"select"') ? user.press(control, keys, effect, { before }) : user.use(control, effect, { before, act: pointer });
+  if (control.includes('"select"')) return user.press(control, keys, effect, { before });
+  return user.use(control, effect, { before, act: pointer });
 }
 
 async function usePlayer() {
@@ -62,7 +63,9 @@ async function useFigures() {
   const chart = node('.plot .surface'), strip = node('.strip canvas');
   await use(landmark, 'b', `${landmark}.value === "blue"`);
   for (const name of ['More enlarged', 'Less enlarged']) await use(button(name), ' ', ...changes(size));
-  for (const name of ['Zoom in', 'Show the whole plan', 'Zoom out', 'Show the whole plan']) await use(button(name), 'Enter', ...changes(floor));
+  for (const name of ['Zoom in', 'Show the whole plan', 'Zoom out', 'Show the whole plan']) {
+    await use(button(name), 'Enter', ...changes(floor));
+  }
   await use(plan, ['+', 'ArrowLeft'], `${floor} !== was`, { before: floor, pointer: (found) => page.drag(found, [0, 0], [0.1, 0.1]) });
   for (const area of ['.plan', '.plot']) {
     for (let k = 0; k < 2 * await page.value(`document.querySelectorAll('${area} .legend button').length`); ++k) {
@@ -193,6 +196,7 @@ for (const behaviour of ['wander', 'manual']) {
     }
     await user.checkAllUsed('#main');
     await page.size(400, 800);
+    await page.call('scrollTo(0, 0);');
     await sleep(1500);
     if (!byKeys) await page.screenshot(`${scratch}/viewer-phone.png`);
     await hasRows(run.folder, 'frames.csv', Math.max(...shown.map(({ frame }) => frame)) + 1);
@@ -213,6 +217,7 @@ row(`${page.name}: every control of the live page used ${byKeys ? 'with keys alo
   `${uses} uses, ${faults.length} without their effect`, 'all have it', faults.length === 0);
 row(`${page.name}: errors in the console meanwhile`, `${errors.length}`, '0', errors.length === 0);
 row(`${page.name}: numbers of frames that were paused on (ranges, fix, track), against the run's tables`,
-  `${compared} cells compared`, 'equal to the digits shown', compared >= 60 && !faults.some((fault) => fault.includes('but the tables have')));
+  `${compared} cells compared`, 'equal to the digits shown',
+  compared >= 60 && !faults.some((fault) => fault.includes('but the tables have')));
 for (const line of [...faults, ...errors]) console.log(line);
 process.exit();

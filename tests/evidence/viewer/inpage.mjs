@@ -59,7 +59,8 @@ function inPage() {
     rows: (caption) => {
       const table = all('table').find((each) => each.caption?.textContent === caption);
       const heads = [...table.tHead.rows].at(-1).cells;
-      return [...table.tBodies[0].rows].map((row) => Object.fromEntries([...row.cells].map((cell, i) => [heads[i].textContent, cell.textContent])));
+      return [...table.tBodies[0].rows].map((row) =>
+        Object.fromEntries([...row.cells].map((cell, i) => [heads[i].textContent, cell.textContent])));
     },
     /** Texts and lines whose contrast is below that of WCAG AA, except of inactive controls; how many were looked at. */
     contrasts: () => {
@@ -67,16 +68,19 @@ function inPage() {
       const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
       while (walker.nextNode()) {
         const node = walker.currentNode.parentElement;
-        if (!walker.currentNode.data.trim() || !isShown(node) || node.closest('script, style, :disabled, [aria-disabled=true], .legend [aria-pressed=false]')) continue;
+        if (!walker.currentNode.data.trim() || !isShown(node)
+          || node.closest('script, style, :disabled, [aria-disabled=true], .legend [aria-pressed=false]')) continue;
         const style = getComputedStyle(node), size = parseFloat(style.fontSize);
         const least = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700) ? 3 : 4.5;
         const ratio = worst(rgba(node.ownerSVGElement ? style.fill : style.color), node, opacityOf(node));
-        texts.push({ ratio, least, what: walker.currentNode.data.trim().slice(0, 40), where: node.closest('[class]')?.getAttribute('class') });
+        texts.push({ ratio, least, what: walker.currentNode.data.trim().slice(0, 40),
+          where: node.closest('[class]')?.getAttribute('class') });
       }
       for (const node of all('svg.drawing path:is(.line, .thin, .hollow, .area)').filter((each) => isShown(each) && each.getAttribute('d'))) {
         const style = getComputedStyle(node);
         const ratio = worst(rgba(style.stroke === 'none' ? style.fill : style.stroke), node, 1);
-        lines.push({ ratio, least: 3, what: node.closest('button')?.textContent ?? style.stroke, where: node.closest('figure')?.id ?? '' });
+        lines.push({ ratio, least: 3, what: node.closest('button')?.textContent ?? style.stroke,
+          where: node.closest('figure')?.id ?? '' });
       }
       const low = (found) => found.filter(({ ratio, least }) => ratio < least - 0.005);
       return { texts: texts.length, lines: lines.length, low: [...low(texts), ...low(lines)] };

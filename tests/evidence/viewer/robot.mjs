@@ -5,10 +5,14 @@ import { existsSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { sleep } from './kit.mjs';
 import { openStream } from './stream.mjs';
 
-/** Drives a robot; returns { url, folder, pid, ended: a promise of the exit code, stop(), said(): its messages } when the page can be opened. */
+/**
+ * Drives a robot. When its page can be opened, returns { url, folder, pid, ended: a promise of the exit code, stop(),
+ * said(): its messages }.
+ */
 export async function startRun(folder, ...options) {
   rmSync(folder, { recursive: true, force: true });
-  const program = spawn(process.env.TWOCONE ?? 'build/release/twocone', ['run', '--out', folder, '--live', '--log-level', 'info', ...options], { stdio: ['ignore', 'ignore', 'pipe'] });
+  const args = ['run', '--out', folder, '--live', '--log-level', 'info', ...options];
+  const program = spawn(process.env.TWOCONE ?? 'build/release/twocone', args, { stdio: ['ignore', 'ignore', 'pipe'] });
   process.on('exit', () => program.kill());
   const ended = new Promise((resolve) => program.on('exit', resolve));
   let text = '';
