@@ -33,7 +33,7 @@ struct FinishedFrame {
   std::vector<runlog::CameraTruth> truth{};  ///< run --truth
 };
 
-/// What is known of a finished frame besides, while the run is being driven.
+/// Figures of a finished frame that exist only while the run is being driven.
 struct LiveFigures {
   double age_s = 0;                  ///< from the frame's arrival to its answer
   std::optional<int> late_frames{};  ///< that began late so far; with RunOptions::real_time

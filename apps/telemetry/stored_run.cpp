@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
 #include "apps/estimation/mapping.h"
 #include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/tables/tables.h"
@@ -53,8 +54,7 @@ std::optional<std::string> small_image(const std::filesystem::path& file) {
     const int height_px = std::max(1, int(std::lround(double(image->rows) * kWidth_px / image->cols)));
     cv::resize(*image, small, {kWidth_px, height_px}, 0, 0, cv::INTER_AREA);
   }
-  Image rgb{small.cols, small.rows, PixelFormat::kRgb8, Bytes(small.datastart, small.dataend)};
-  return runlog::jpeg_uri(rgb, kQuality);
+  return runlog::jpeg_uri(estimation::as_image(small), kQuality);
 }
 
 }  // namespace

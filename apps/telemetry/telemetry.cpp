@@ -147,7 +147,7 @@ Lines::Lines(const config::Robot& robot, const config::Map& map) : robot_(robot)
 
 Json Lines::run(const std::string& name, const runlog::RunInfo& info, const Sensors& sensors) const {
   Json json{{"type", "run"},
-            {"schema", "twocone.telemetry/1"},
+            {"schema", kSchema},
             {"version", info.version},
             {"commit", info.commit},
             {"name", name},

@@ -19,6 +19,9 @@
 /// The lines of docs/telemetry.md.
 namespace twocone::telemetry {
 
+/// The schema's name and version, in the first line.
+inline constexpr const char* kSchema = "twocone.telemetry/1";
+
 /// Which of its answers a robot can have at all.
 struct Sensors {
   bool images = true;
@@ -75,10 +78,10 @@ class StoredRun {
   [[nodiscard]] nlohmann::ordered_json run() const;
   /// Returns the line of the frame in that row, < size().
   [[nodiscard]] nlohmann::ordered_json frame(std::size_t row) const;
-  /// Returns the rows that this frame has in the tables.
-  [[nodiscard]] runlog::FrameRecord record(std::size_t row) const;
 
  private:
+  /// Returns the rows that this frame has in the tables.
+  [[nodiscard]] runlog::FrameRecord record(std::size_t row) const;
   void index();
 
   std::optional<runlog::RunData> own_;
@@ -90,7 +93,7 @@ class StoredRun {
 
 /// What a stored page embeds of a run: `run`, `frames`, `images` (by frame number, `lower` and `upper` as data URIs of
 /// JPEG images 320 pixels wide) and `every`: only each such frame is there. A run of up to kMostFrames has all, a
-/// longer one at most kMostOfLongRun, because its page holds more besides.
+/// longer one at most kMostOfLongRun, because its page also holds the columns of all frames.
 constexpr std::size_t kMostFrames = 450;
 constexpr std::size_t kMostOfLongRun = 300;
 nlohmann::ordered_json embedded(const StoredRun& run);

@@ -8,8 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/estimation/mapping.h"
-#include "apps/viewer/image_message.h"
-#include "apps/web/document.h"
 
 namespace twocone::viewer {
 namespace {
@@ -21,22 +19,13 @@ using Clock = std::chrono::steady_clock;
 
 LiveRun::LiveRun(const config::Robot& robot, const config::Map& map, bool maps, bool manual)
     : manual_(manual),
-      maps_(maps),
       sensors_(telemetry::sensors_of(robot, maps)),
       lines_(robot, maps ? estimation::without_landmarks(map) : map) {}
 
 LiveRun::~LiveRun() = default;
 
 Result<std::string> LiveRun::open(const PageAddress& at) {
-  auto server = web::Server::open({.address = at.address,
-                                   .port = at.port,
-                                   .page = web::document({{"page", "live"}}, "twocone: a robot that drives",
-                                                         "This page shows a robot while it drives."),
-                                   .timeouts = {}},
-                                  *this);
-  if (!server) return server.error();
-  server_ = *std::move(server);
-  return server_->address();
+  return serve("live", "twocone: a robot that drives", "This page shows a robot while it drives.", at, *this, server_);
 }
 
 void LiveRun::watch(runs::RunOptions& options) {
@@ -44,11 +33,12 @@ void LiveRun::watch(runs::RunOptions& options) {
   options.opened = [this, name = options.out.filename().string()](const runlog::RunInfo& info) {
     Json line = lines_.run(name, info, sensors_);
     line["live"] = true;
+    const std::string text = text_of(line);
     {
       const std::lock_guard lock(mutex_);
-      run_line_ = text_of(line);
+      run_line_ = text;
     }
-    server_->tell(text_of(line));
+    server_->send(text);
   };
   options.finished = [this](const runs::FinishedFrame& frame, const runs::LiveFigures& figures) {
     show(frame, figures);
@@ -56,12 +46,9 @@ void LiveRun::watch(runs::RunOptions& options) {
 }
 
 void LiveRun::show(const runs::FinishedFrame& frame, const runs::LiveFigures& figures) {
-  {
-    const std::lock_guard lock(mutex_);
-    ++frames_;
-  }
+  ++frames_;
   server_->offer([this, record = frame.record, lower = frame.lower, upper = frame.upper, figures] {
-    tell_status();  // a driver may have fallen silent
+    send_status();  // a driver may have fallen silent
     std::vector<web::Message> messages;
     for (const auto& [side, image] : {std::pair{vision::Side::kLower, lower}, {vision::Side::kUpper, upper}}) {
       if (auto message = image_message(record.frame.frame, int(side), *image)) messages.push_back(*std::move(message));
@@ -75,38 +62,33 @@ void LiveRun::show(const runs::FinishedFrame& frame, const runs::LiveFigures& fi
 }
 
 void LiveRun::event(const std::string& text) {
-  int frame = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    frame = frames_;
-  }
-  server_->tell(text_of({{"type", "event"}, {"frame", frame}, {"text", text}}));
+  server_->send(text_of({{"type", "event"}, {"frame", frames_.load()}, {"text", text}}));
 }
 
 void LiveRun::end(const std::string& why) {
   Json line{{"type", "end"}, {"finished", why.empty()}};
   if (!why.empty()) line["text"] = why;
-  server_->tell(text_of(line));
+  server_->send(text_of(line));
 }
 
 bool LiveRun::is_driven() const { return driver_ && Clock::now() - driven_at_ <= runs::RemoteControl::kValid; }
 
-void LiveRun::tell_status() {
+void LiveRun::send_status() {
   if (!is_driven()) driver_.reset();
   Json status{{"type", "status"}, {"watchers", clients_.size()}, {"manual", manual_}, {"stopped", remote_.is_held()}};
   if (driver_) status["driver"] = *driver_;
   std::string text = text_of(status);
-  if (text == told_) return;
+  if (text == sent_status_) return;
   for (const web::Client client : clients_) {
     status["you"] = client;
-    server_->tell(client, text_of(status));
+    server_->send(client, text_of(status));
   }
-  told_ = std::move(text);
+  sent_status_ = std::move(text);
 }
 
 std::vector<web::Message> LiveRun::opened(web::Client client) {
   clients_.push_back(client);
-  tell_status();  // sent after what this function returns
+  send_status();  // sent after what this function returns
   const std::lock_guard lock(mutex_);
   return run_line_.empty() ? std::vector<web::Message>() : std::vector<web::Message>{{run_line_}};
 }
@@ -114,7 +96,7 @@ std::vector<web::Message> LiveRun::opened(web::Client client) {
 void LiveRun::closed(web::Client client) {
   std::erase(clients_, client);
   if (driver_ == client) release();
-  tell_status();
+  send_status();
 }
 
 void LiveRun::release() {
@@ -123,7 +105,7 @@ void LiveRun::release() {
 }
 
 void LiveRun::refuse(web::Client client, std::string_view why) {
-  server_->tell(client, text_of({{"type", "refused"}, {"text", why}}));
+  server_->send(client, text_of({{"type", "refused"}, {"text", why}}));
 }
 
 void LiveRun::drive(web::Client client, double speed, double turn) {
@@ -156,7 +138,7 @@ void LiveRun::received(web::Client client, std::string_view text) {
   } else {
     return refuse(client, kWrong);
   }
-  tell_status();
+  send_status();
 }
 
 }  // namespace twocone::viewer

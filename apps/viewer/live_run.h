@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -14,16 +15,11 @@
 #include "apps/runs/remote_control.h"
 #include "apps/runs/run.h"
 #include "apps/telemetry/telemetry.h"
+#include "apps/viewer/serving.h"
 #include "apps/web/server.h"
 #include "hal/result.h"
 
 namespace twocone::viewer {
-
-/// Where to serve a page.
-struct PageAddress {
-  std::string address = "127.0.0.1";
-  std::uint16_t port = 0;  ///< 0: any that is free
-};
 
 /// Shows a run in browsers while it is driven, and takes requests of persons (docs/telemetry.md). The run does not wait
 /// for a browser: a frame costs it a copy of its rows, and all else is done in the server's thread.
@@ -56,22 +52,21 @@ class LiveRun final : private web::Site {
   void release();
   void refuse(web::Client client, std::string_view why);
   /// Sends the present state to all browsers if it has changed.
-  void tell_status();
+  void send_status();
   [[nodiscard]] bool is_driven() const;
 
   const bool manual_;
-  const bool maps_;
   const telemetry::Sensors sensors_;
   const telemetry::Lines lines_;
   runs::RemoteControl remote_;
-  std::mutex mutex_;      // protects the next two
+  std::atomic<int> frames_{0};
+  std::mutex mutex_;      // protects run_line_
   std::string run_line_;  // empty until the run has begun
-  int frames_ = 0;
   // Members of the server's thread.
   std::vector<web::Client> clients_;
   std::optional<web::Client> driver_;
   std::chrono::steady_clock::time_point driven_at_{};
-  std::string told_;
+  std::string sent_status_;
   std::unique_ptr<web::Server> server_;  // its thread uses all members above
 };
 

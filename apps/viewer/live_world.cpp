@@ -7,8 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/telemetry/telemetry.h"
-#include "apps/viewer/image_message.h"
-#include "apps/web/document.h"
 
 namespace twocone::viewer {
 namespace {
@@ -27,21 +25,14 @@ bool is_ready(const std::shared_future<ImageResult>& image) {
 
 LiveWorld::LiveWorld(const config::Map& map, std::string name)
     : first_line_(text_of({{"type", "world"},
-                           {"schema", "twocone.telemetry/1"},
+                           {"schema", telemetry::kSchema},
                            {"name", std::move(name)},
                            {"map", telemetry::map_of(map)}})) {}
 LiveWorld::~LiveWorld() = default;
 
 Result<std::string> LiveWorld::open(const PageAddress& at) {
-  auto server = web::Server::open({.address = at.address,
-                                   .port = at.port,
-                                   .page = web::document({{"page", "world"}}, "twocone: a world with its robots",
-                                                         "This page shows a simulated world with its robots."),
-                                   .timeouts = {}},
-                                  *this);
-  if (!server) return server.error();
-  server_ = *std::move(server);
-  return server_->address();
+  return serve("world", "twocone: a world with its robots", "This page shows a simulated world with its robots.", at,
+               *this, server_);
 }
 
 sim_povray::WorldWatch LiveWorld::watch() {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "apps/config/map_file.h"
-#include "apps/viewer/live_run.h"
+#include "apps/viewer/serving.h"
 #include "apps/web/server.h"
 #include "drivers/sim_povray/simulation_host.h"
 #include "hal/result.h"

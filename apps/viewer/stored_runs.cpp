@@ -10,7 +10,6 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/tables/tables.h"
-#include "apps/web/document.h"
 
 namespace twocone::viewer {
 namespace {
@@ -99,15 +98,7 @@ StoredRuns::StoredRuns(std::vector<fs::path> folders) : folders_(std::move(folde
 StoredRuns::~StoredRuns() = default;
 
 Result<std::string> StoredRuns::open(const PageAddress& at) {
-  auto server = web::Server::open(
-      {.address = at.address,
-       .port = at.port,
-       .page = web::document({{"page", "view"}}, "twocone: stored runs", "This page shows stored runs."),
-       .timeouts = {}},
-      *this);
-  if (!server) return server.error();
-  server_ = *std::move(server);
-  return server_->address();
+  return serve("view", "twocone: stored runs", "This page shows stored runs.", at, *this, server_);
 }
 
 std::string StoredRuns::list() const {
@@ -121,7 +112,7 @@ std::string StoredRuns::list() const {
     }
     rows.push_back(std::move(row));
   }
-  return rows.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return text_of(rows);
 }
 
 const telemetry::StoredRun& StoredRuns::run(std::size_t number) {
@@ -146,9 +137,9 @@ std::optional<web::Answer> StoredRuns::get(std::string_view path, const web::Que
         std::min({number_of(query, "count").value_or(kMostFrames), kMostFrames, stored.size() - from});
     Json first = stored.run();
     first["frames_stored"] = stored.size();
-    std::string lines = first.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+    std::string lines = text_of(first) + '\n';
     for (std::size_t row = from; row < from + count; ++row) {
-      lines += stored.frame(row).dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+      lines += text_of(stored.frame(row)) + '\n';
     }
     return web::Answer{"application/x-ndjson", std::move(lines)};
   }

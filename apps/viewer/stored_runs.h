@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "apps/telemetry/telemetry.h"
-#include "apps/viewer/live_run.h"
+#include "apps/viewer/serving.h"
 #include "apps/web/server.h"
 #include "hal/result.h"
 

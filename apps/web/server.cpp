@@ -96,7 +96,7 @@ struct Server::Impl {
   void run();
   void accept();
   void admit(tcp::socket socket);
-  /// Delivers what other threads have put into `told` and `offered`.
+  /// Delivers what other threads have put into `texts` and `offered`.
   void deliver();
   /// Makes a call of deliver() follow. Requires `mutex`.
   void wake();
@@ -120,7 +120,7 @@ struct Server::Impl {
 
   std::mutex mutex;  // protects the next three
   bool is_woken = false;
-  std::vector<std::string> told;
+  std::vector<std::string> texts;
   std::function<std::vector<Message>()> offered;
   std::atomic<std::size_t> watchers{0};
 
@@ -146,7 +146,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
   [[nodiscard]] bool is_watcher() const { return is_watcher_; }
 
   /// Sends messages after all that wait.
-  void tell(Batch batch) {
+  void send(Batch batch) {
     if (waiting_.size() >= kMostWaiting) return end();
     waiting_.push_back(std::move(batch));
     send_next();
@@ -332,7 +332,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
   void greet() {
     is_watcher_ = true;
     ++server_.watchers;
-    is_sending_ = true;  // what tell() is given meanwhile waits
+    is_sending_ = true;  // what send() receives meanwhile waits
     std::vector<Message> first;
     if (!succeeds("a browser's start", [&] { first = server_.site.opened(id_); })) return end();
     if (has_ended_) return;
@@ -374,7 +374,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
   std::string host_;  ///< Host header of the last request that had the token
 
   bool is_watcher_ = false;
-  std::deque<Batch> waiting_;  ///< first messages, and what was told
+  std::deque<Batch> waiting_;  ///< first messages, and texts that were sent
   Batch batch_;                ///< what is being sent
   std::size_t next_ = 0;       ///< message of the batch
   bool is_sending_ = false;
@@ -436,11 +436,11 @@ void Server::Impl::wake() {
 }
 
 void Server::Impl::deliver() {
-  std::vector<std::string> texts;
+  std::vector<std::string> sent;
   {
     const std::lock_guard lock(mutex);
     is_woken = false;
-    texts.swap(told);
+    sent.swap(texts);
     if (offered) {
       make = std::exchange(offered, nullptr);
       newest = nullptr;
@@ -451,9 +451,9 @@ void Server::Impl::deliver() {
   for (const auto& [client, connection] : connections) {
     if (connection->is_watcher()) present.push_back(connection);
   }
-  for (std::string& text : texts) {
+  for (std::string& text : sent) {
     const Batch batch = text_batch(std::move(text));
-    for (const auto& connection : present) connection->tell(batch);
+    for (const auto& connection : present) connection->send(batch);
   }
   for (const auto& connection : present) connection->send_next();
 }
@@ -516,16 +516,16 @@ void Server::offer(std::function<std::vector<Message>()> make) {
   impl_->wake();
 }
 
-void Server::tell(std::string text) {
+void Server::send(std::string text) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->told.push_back(std::move(text));
+  impl_->texts.push_back(std::move(text));
   impl_->wake();
 }
 
-void Server::tell(Client client, std::string text) {
+void Server::send(Client client, std::string text) {
   const auto found = impl_->connections.find(client);
   if (found == impl_->connections.end() || !found->second->is_watcher()) return;
-  found->second->tell(text_batch(std::move(text)));
+  found->second->send(text_batch(std::move(text)));
 }
 
 std::size_t Server::watchers() const { return impl_->watchers; }

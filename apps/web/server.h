@@ -81,7 +81,8 @@ struct ServerSettings {
 /// those who do not know the token cannot keep out who does, since a browser sends it at once.
 ///
 /// A stream never delays its sender. offer() keeps only the newest offer; each browser takes it when it has received
-/// the one before, and what it was told. A browser that takes nothing for Timeouts::dead_after is forgotten.
+/// the one before, and the texts that were sent meanwhile. A browser that takes nothing for Timeouts::dead_after is
+/// forgotten.
 ///
 /// The thread has a lower priority than the thread that opened the server, and handles no signals.
 class Server {
@@ -90,7 +91,7 @@ class Server {
   static constexpr std::size_t kMostRequest = 8'192;
   static constexpr std::size_t kMostReceived = 1'024;
   static constexpr int kMostMessages_perS = 100;
-  /// Messages of tell() that wait for one browser; beyond them it is closed.
+  /// Messages of send() that wait for one browser; beyond them it is closed.
   static constexpr std::size_t kMostWaiting = 256;
 
   /// Begins to listen. Errors: kRefused (an address that is not numeric), kUnavailable (the port is in use, or another
@@ -109,12 +110,12 @@ class Server {
   /// gets the newest offer too. So what `make` refers to must live until the next offer, or the end of the server. If
   /// it throws, that is logged, and the offer is empty.
   void offer(std::function<std::vector<Message>()> make);
-  /// Sends a text to all browsers, after what was told before and ahead of offers that they have not begun to take.
-  /// Returns at once; any thread may call it.
-  void tell(std::string text);
+  /// Sends a text to all browsers, after the texts that were sent before and ahead of offers that they have not begun
+  /// to take. Returns at once; any thread may call it.
+  void send(std::string text);
   /// Sends a text to one browser, likewise; during its opened(), after the first messages. Only from the server's
   /// thread, that is from a call of Site.
-  void tell(Client client, std::string text);
+  void send(Client client, std::string text);
   /// Returns the number of browsers that receive the stream. Any thread may call it.
   [[nodiscard]] std::size_t watchers() const;
 

@@ -13,6 +13,7 @@
 #include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/storage/image_file.h"
 #include "tests/compare/a_comparison.h"
+#include "tests/support/page_data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace twocone::compare {
@@ -22,14 +23,8 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
+using testing_support::page_data;
 using testing_support::TemporaryFolder;
-
-/// Returns the data in a page; its element ends at the first </script.
-json data_of(const std::string& page) {
-  const std::string begin = "<script id=\"data\" type=\"application/json\">";
-  const std::size_t at = page.find(begin) + begin.size();
-  return json::parse(page.substr(at, page.find("</script", at) - at));
-}
 
 /// Draws a grey image with a bright wedge to the right of its middle: at bearing 0 of the body if azimuth_rad is 0.
 std::filesystem::path image(const TemporaryFolder& folder, const std::string& name, cv::Size size, double wedge_rad,
@@ -64,7 +59,7 @@ config::Robot robot_for(cv::Size size) {
 TEST(ComparePage, HoldsTheJsonAndTheTable) {
   const TemporaryFolder folder;
   const std::string text = page(a_comparison(), folder.path());
-  json data = data_of(text);
+  json data = page_data(text);
   EXPECT_EQ(data["page"], "compare");
   EXPECT_EQ(text, page(a_comparison(), folder.path())) << "the same bytes twice";
   EXPECT_THAT(text, HasSubstr("simulated runs/&lt;sim&gt; &amp; \"co\" (300 frames)"));
@@ -80,13 +75,13 @@ TEST(ComparePage, NamesCannotEndTheScript) {
   const std::string text = page(c, folder.path());
   EXPECT_EQ(text.find("alert(1)</script"), std::string::npos);
   EXPECT_EQ(text.find("</title><script>"), std::string::npos);
-  EXPECT_EQ(data_of(text)["map"]["landmarks"][0]["name"], c.map.landmarks[0].name);
-  EXPECT_EQ(data_of(text)["simulated"], c.simulated);
+  EXPECT_EQ(page_data(text)["map"]["landmarks"][0]["name"], c.map.landmarks[0].name);
+  EXPECT_EQ(page_data(text)["simulated"], c.simulated);
 }
 
 TEST(ComparePage, IsWrittenForAnEmptyComparison) {
   const TemporaryFolder folder;
-  const json data = data_of(page({}, folder.path()));
+  const json data = page_data(page({}, folder.path()));
   for (const char* list : {"rows", "sources", "gaps", "exhibits"}) EXPECT_EQ(data[list], json::array()) << list;
   EXPECT_FALSE(data.contains("overhead"));
 }
@@ -95,7 +90,7 @@ TEST(ComparePage, NamesTheReasonWhereTheArenaCannotBeRendered) {
   const TemporaryFolder folder;
   Comparison c = a_comparison();
   c.map.scene = folder.path() / "nowhere.pov";
-  EXPECT_THAT(data_of(page(c, folder.path()))["page_notes"].at(0).get<std::string>(),
+  EXPECT_THAT(page_data(page(c, folder.path()))["page_notes"].at(0).get<std::string>(),
               StartsWith("The paths are drawn over a plan instead of an image of the arena from above: "));
 }
 
@@ -111,7 +106,7 @@ TEST(ComparePage, ShowsFramesAndNamesThoseThatAreMissing) {
   whole.real_images[1] = folder.path() / "r<2>.png";
   c.exhibits = {whole, {}};
   c.exhibits[1].simulated_images[0] = folder.write("bad.png", "no image");
-  const json exhibits = data_of(page(c, folder.path()))["exhibits"];
+  const json exhibits = page_data(page(c, folder.path()))["exhibits"];
   const json &lower = exhibits[0]["views"]["lower"], &upper = exhibits[0]["views"]["upper"];
   for (const char* kind : {"simulated", "real", "simulated_strip", "real_strip", "difference"}) {
     EXPECT_THAT(lower[kind].get<std::string>(), StartsWith("data:image/jpeg;base64,")) << kind;

@@ -30,6 +30,18 @@ row() {
   [ "$4" = yes ] || unmet=$((unmet + 1))
   report "$1: $figure (target $3): $4"
 }
+trim() { sed 's/^ *//; s/ *$//' <<<"$1"; }
+# log NAME: prints the log of a step without control characters of the kernel's console.
+log() { tr -cd '\11\12\40-\176\200-\377' <"$work/$1.log"; }
+# rows NAME: collects the rows of a step's log; a step without rows is not met.
+rows() {
+  local what figure target met found=no
+  while IFS='|' read -r _ what figure target met; do
+    found=yes
+    row "$(trim "$what")" "$(trim "$figure")" "$(trim "$target")" "$(trim "$met")"
+  done < <(log "$1" | grep '^row |')
+  [ $found = yes ] || row "$1" "$(log "$1" | tail -n 1)" "figures" no
+}
 # block TITLE TEXT: removes the path of the source tree, here and in the fresh Debian, from the text.
 block() {
   local text=${2//"$PWD/"/}

@@ -5,18 +5,6 @@
 . "$(dirname "$0")/common.sh"
 export TWOCONE_WHOLE_RUN_OUT=$work/whole_run
 
-trim() { sed 's/^ *//; s/ *$//' <<<"$1"; }
-# log NAME: prints the log of a step without control characters of the kernel's console.
-log() { tr -cd '\11\12\40-\176\200-\377' <"$work/$1.log"; }
-# rows NAME: collects the rows of a step's log; a step without rows is not met.
-rows() {
-  local what figure target met found=no
-  while IFS='|' read -r _ what figure target met; do
-    found=yes
-    row "$(trim "$what")" "$(trim "$figure")" "$(trim "$target")" "$(trim "$met")"
-  done < <(log "$1" | grep '^row |')
-  [ $found = yes ] || row "$1" "$(log "$1" | tail -n 1)" "figures" no
-}
 # try NAME COMMAND...: runs a step and collects its rows
 try() {
   export SCRATCH=$work/scratch/$1

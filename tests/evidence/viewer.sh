@@ -9,16 +9,10 @@ scratch=$work/scratch
 scripts=tests/evidence/viewer
 mkdir -p "$scratch"
 
-trim() { sed 's/^ *//; s/ *$//' <<<"$1"; }
-# try NAME COMMAND...: runs a step and collects its rows; a step without rows is not met.
+# try NAME COMMAND...: runs a step and collects its rows
 try() {
-  local what figure target met found=no
   step "$@"
-  while IFS='|' read -r _ what figure target met; do
-    found=yes
-    row "$(trim "$what")" "$(trim "$figure")" "$(trim "$target")" "$(trim "$met")"
-  done < <(grep -a '^row |' "$work/$1.log" || true)
-  [ $found = yes ] || row "$1" "$(tail -n 1 "$work/$1.log")" "figures" no
+  rows "$1"
 }
 
 try controls_chromium node $scripts/controls.mjs "$scratch" chromium pointer

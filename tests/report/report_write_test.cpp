@@ -11,6 +11,7 @@
 #include "apps/runlog/storage/image_file.h"
 #include "tests/report/synthetic_run.h"
 #include "tests/support/error_of.h"
+#include "tests/support/page_data.h"
 
 namespace twocone::report {
 namespace {
@@ -33,13 +34,6 @@ ReportSettings quick() {
   return settings;
 }
 
-/// Returns the data that a page holds.
-Json data_of(const std::string& html) {
-  constexpr std::string_view kBegin = "<script id=\"data\" type=\"application/json\">";
-  const std::size_t from = html.find(kBegin) + kBegin.size();
-  return Json::parse(html.substr(from, html.find("</script>", from) - from));
-}
-
 /// Writes the report and returns the data of its page.
 Json written(const runlog::RunData& run) {
   const Result<ReportResult> report = write_report(run, quick());
@@ -48,7 +42,7 @@ Json written(const runlog::RunData& run) {
     return {};
   }
   EXPECT_EQ(report->html, run.folder / "report.html");
-  Json data = data_of(content_of(report->html));
+  Json data = testing_support::page_data<Json>(content_of(report->html));
   EXPECT_EQ(data["page"], "report");
   EXPECT_EQ(data["notes"].get<std::vector<std::string>>(), report->notes);
   return data;

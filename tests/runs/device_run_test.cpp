@@ -13,6 +13,7 @@
 #include "drivers/memory/memory.h"
 #include "tests/support/faulty_camera.h"
 #include "tests/support/faulty_diffdrive.h"
+#include "tests/support/memory_robot.h"
 #include "tests/support/real_time_camera.h"
 #include "tests/support/temporary_folder.h"
 
@@ -32,20 +33,10 @@ constexpr std::uint64_t kGoesAfter = 5;
 
 class DeviceRun : public testing::Test {
  protected:
-  /// @param changes of the lab's robot, beside those that make it one of devices
-  void write_robot(const std::vector<std::pair<std::string, std::string>>& changes = {}) const {
-    std::ifstream in(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/small.yaml");
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    const auto replace = [&text](const std::string& what, const std::string& with) {
-      for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at))
-        text.replace(at, what.size(), with);
-    };
-    replace("driver: sim_povray", "driver: memory");
-    replace("../../../scenes", TWOCONE_SOURCE_DIR "/scenes");
-    replace("rate_hz: 15", "rate_hz: 50");
-    replace("effects: {slip: 0.01, encoder_counts_per_turn: 1024}", "");
-    for (const auto& [what, with] : changes) replace(what, with);
-    std::ofstream(file_) << text;
+  /// @param changes beside the rate of the cameras
+  void write_robot(std::vector<std::pair<std::string, std::string>> changes = {}) const {
+    changes.emplace_back("rate_hz: 15", "rate_hz: 50");
+    testing_support::write_memory_robot(file_, changes);
   }
 
   void SetUp() override {

@@ -7,6 +7,7 @@
 
 #include "apps/tradeoff/output.h"
 #include "apps/tradeoff/wording.h"
+#include "tests/support/page_data.h"
 #include "tests/tradeoff/a_sweep.h"
 
 namespace twocone::tradeoff {
@@ -14,13 +15,7 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
-
-/// Returns the data in a page; its element ends at the first </script.
-json data_of(const std::string& page) {
-  const std::string begin = "<script id=\"data\" type=\"application/json\">";
-  const std::size_t at = page.find(begin) + begin.size();
-  return json::parse(page.substr(at, page.find("</script", at) - at));
-}
+using testing_support::page_data;
 
 TEST(TradeoffJson, HoldsEverySettingWithTheColumnsOfTheCsv) {
   const Sweep sweep = a_sweep();
@@ -57,14 +52,14 @@ TEST(TradeoffPage, HoldsTheJsonTheChoiceAndTheTable) {
   const Sweep sweep = a_sweep();
   const Choice choice{sweep.as_is, {}, "640x480 is confirmed: 0.36 < 0.5 mm"};
   const std::string text = page(sweep, &choice);
-  json data = data_of(text);
+  json data = page_data(text);
   EXPECT_EQ(data["page"], "tradeoff");
   EXPECT_EQ(data["choice"]["setting"], *sweep.as_is);
   EXPECT_EQ(data["choice"]["why"], choice.why);
   EXPECT_THAT(text, HasSubstr("the paper's own, 2006: 30 mm, about 2 s a stereo frame"));
   for (const char* key : {"page", "choice"}) data.erase(key);
   EXPECT_EQ(data, json::parse(tradeoff_json(sweep)));
-  EXPECT_FALSE(data_of(page(sweep, nullptr)).contains("choice"));
+  EXPECT_FALSE(page_data(page(sweep, nullptr)).contains("choice"));
 }
 
 TEST(TradeoffPage, NamesCannotEndTheScript) {
@@ -73,12 +68,12 @@ TEST(TradeoffPage, NamesCannotEndTheScript) {
   sweep.landmarks[0] = "<!-- <script>";
   const std::string text = page(sweep, nullptr);
   EXPECT_EQ(text.find("alert(1)</script"), std::string::npos);
-  EXPECT_EQ(data_of(text)["robot"], sweep.robot);
-  EXPECT_EQ(data_of(text)["landmarks"][0], sweep.landmarks[0]);
+  EXPECT_EQ(page_data(text)["robot"], sweep.robot);
+  EXPECT_EQ(page_data(text)["landmarks"][0], sweep.landmarks[0]);
 }
 
 TEST(TradeoffPage, IsWrittenForASweepWithoutSettings) {
-  EXPECT_EQ(data_of(page({}, nullptr))["settings"], json::array());
+  EXPECT_EQ(page_data(page({}, nullptr))["settings"], json::array());
 }
 
 }  // namespace

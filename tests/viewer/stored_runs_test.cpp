@@ -8,6 +8,7 @@
 
 #include "apps/config/yaml/text_file.h"
 #include "drivers/memory/memory.h"
+#include "tests/support/memory_robot.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/viewer/browser.h"
 
@@ -22,17 +23,8 @@ class StoredRunsTest : public testing::Test {
   static constexpr int kFrames = 4;
 
   void SetUp() override {
-    std::ifstream in(TWOCONE_SOURCE_DIR "/tests/end_to_end/data/small.yaml");
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    for (const auto& [what, with] : {std::pair{"driver: sim_povray", "driver: memory"},
-                                     {"../../../scenes", TWOCONE_SOURCE_DIR "/scenes"},
-                                     {"effects: {slip: 0.01, encoder_counts_per_turn: 1024}", ""}}) {
-      for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at)) {
-        text.replace(at, std::string_view(what).size(), with);
-      }
-    }
     const auto file = folder_.path() / "robot.yaml";
-    std::ofstream(file) << text;
+    testing_support::write_memory_robot(file);
     const config::Robot robot = config::read_robot(file);
     for (const char* const name : {"b", "a"}) {
       runs::RunOptions options;

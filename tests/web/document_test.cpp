@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/page_data.h"
+
 namespace twocone::web {
 namespace {
 
@@ -38,9 +40,7 @@ TEST(Document, NothingInItsPartsBecomesMarkup) {
   const std::string hostile = "</script><script>alert(1)</script><!-- @DATA@ @SCRIPT@";
   const std::string page = document({{"page", "report"}, {hostile, hostile}}, hostile, hostile);
   for (const char* const markup : {"<script", "</script", "<!--"}) EXPECT_EQ(count(page, markup), count(plain, markup));
-  const std::size_t begin = page.find("application/json\">") + 18;
-  const auto data = nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
-  EXPECT_EQ(data[hostile], hostile);
+  EXPECT_EQ(testing_support::page_data(page)[hostile], hostile);
 }
 
 TEST(Document, TextThatIsNotUtf8IsReplaced) {
