@@ -272,6 +272,11 @@ TEST_F(WebServer, IsNotBlockedByConnectionsWithoutToken) {
 }
 
 TEST_F(WebServer, GoesOnAfterAllDescriptorsWereInUse) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP()
+      << "The sanitizers look at an object's memory through a pipe, for which no descriptor is left here, so that they "
+         "report valid objects. The builds without sanitizers hold this test.";
+#endif
   open();
   RawClient client = RawClient::unconnected(address_);
   rlimit before{};
