@@ -166,6 +166,7 @@ function gapBars(gaps) {
   const most = gaps.map(({ before, after, floor }) => Math.max(before ?? 0, after ?? 0, floor ?? 0));
   const series = [['before', 'before', 'fix'], ['after', 'after correction of the differences', 'odometry'],
     ['floor', 'floor', 'truth']].map(([key, name, colour]) => ({ key, name, colour, shape: 'plus', r: 9, y: names,
+    open: key === 'after',
     kind: key === 'floor' ? 'points' : 'bars',
     x: gaps.map((gap, i) => most[i] > 0 && exists(gap[key]) ? Math.max(gap[key], 0) / most[i] : null),
     show: (i) => plainNumber(gaps[i][key]) + unitAfter('\u00a0', gaps[i].unit) }));

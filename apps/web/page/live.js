@@ -49,7 +49,7 @@ export class ImageStore {
   }
 }
 
-/** A WebSocket that connects again by itself, after longer and longer waits. */
+/** A WebSocket that connects again by itself, after longer and longer waits, until the run has ended. */
 export class Connection {
   constructor(handlers) {
     Object.assign(this, { handlers, retry_ms: 500 });
@@ -64,11 +64,17 @@ export class Connection {
       this.handlers.changed(true);
     };
     this.socket.onmessage = ({ data }) => {
-      if (typeof data === 'string') this.handlers.line(JSON.parse(data));
-      else this.handlers.image(imageMessage(data));
+      if (typeof data !== 'string') {
+        this.handlers.image(imageMessage(data));
+        return;
+      }
+      const line = JSON.parse(data);
+      this.ended ||= line.type === 'end';
+      this.handlers.line(line);
     };
     this.socket.onclose = () => {
       this.handlers.changed(false);
+      if (this.ended) return;
       setTimeout(() => this.connect(), this.retry_ms);
       this.retry_ms = Math.min(this.retry_ms * 2, longestRetry_ms);
     };
@@ -98,7 +104,6 @@ export function livePage() {
   const controls = driveControls(control);
   const lines = {
     run: (run) => {
-      end = undefined;
       if (JSON.stringify(run) === line) return;  // the connection was lost for a while
       line = JSON.stringify(run);
       document.title = `${run.name}, live`;

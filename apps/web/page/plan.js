@@ -38,7 +38,7 @@ export function boundsOf(points, margin_m = 0.1) {
   return [x0 - margin_m, y0 - margin_m, x1 + margin_m, y1 + margin_m];
 }
 
-const legendKinds = { areas: 'between', paths: 'line', points: 'points', ellipses: 'line', rays: 'line',
+const legendKinds = { areas: 'between', paths: 'line', points: 'points', ellipses: 'ellipse', rays: 'ray',
   poses: 'points' };
 
 /**

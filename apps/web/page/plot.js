@@ -116,17 +116,24 @@ export function markerClass({ shape, open }) {
 
 // ---- the legend
 
-function keyOf({ kind, dash, shape, open }) {
-  if (kind === 'points') return svgPath(markerClass({ shape, open }), markerPath(shape ?? 'circle', 10, 8, 4.5));
-  if (['bars', 'between', 'lane'].includes(kind)) {
-    return svg('rect', { class: kind === 'lane' ? 'area' : kind, x: 1, y: 3, width: 18, height: 10 });
-  }
-  return [svgPath('line', 'M0,8h20', dash), shape && svgPath('area', markerPath(shape, 10, 8, 3.5))];
+const markerR = 2.6;
+
+function keyOf({ kind, dash, shape = 'circle', open, key, sign }) {
+  const marker = (of, x, r) => svgPath(markerClass({ shape: of, open }), markerPath(of, x, 8, r));
+  const rect = (style, y, height) => svg('rect', { class: style, x: 1, y, width: 18, height });
+  if (key === 'any shape') return ['circle', 'square'].map((of, i) => marker(of, 5 + 10 * i, 4));
+  if (kind === 'points') return marker(shape, 10, key === 'small' ? markerR : 4.5);
+  if (kind === 'ellipse') return svgPath('thin', 'M1,8a9,5 0 1,0 18,0a9,5 0 1,0 -18,0z');
+  if (kind === 'ray') return [svgPath('thin', 'M0,8h20'), svgPath('area', markerPath('diamond', 15, 8, 3.5))];
+  if (kind === 'lane') return [rect('hollow', 1, 14), svgText(10, 12, sign, 'middle')];
+  if (kind === 'bars' || kind === 'between') return rect(open ? 'hollow' : kind, 3, 10);
+  return svgPath('line', 'M0,8h20', dash);
 }
 
 /**
  * Fills a node with the entries of a legend, which are buttons that hide and show what has their name.
- * @param series { name, colour, kind, dash, shape, open, legend: false for no entry }; @param hidden a Set of names
+ * @param series { name, colour, kind, dash, shape, open, sign, legend: false for no entry }, and in key: what its sign
+ *   stands for, 'any shape' or 'small' markers; @param hidden a Set of names
  * @param changed is called after a change of `hidden`
  */
 export function fillLegend(node, series, hidden, changed) {
@@ -145,7 +152,7 @@ export function fillLegend(node, series, hidden, changed) {
 
 // ---- the chart
 
-const laneHeight = 8;
+const laneHeight = 12;
 
 /**
  * A chart. Options:
@@ -160,13 +167,14 @@ const laneHeight = 8;
  * Series: { name, kind, colour, x: [], y: [] } and what its kind needs. Missing values (undefined, null, NaN) break
  * lines.
  *   colour: the name of a variable of style.css ('c1', 'truth', 'v-ok', ...) or [r, g, b]
- *   kind 'line': dash, shape (a marker at each point);  'steps': the same, y holds until the next x
+ *   kind 'line': dash;  'steps': the same, y holds until the next x
  *        'points': shape, r, open, low, high, xLow, xHigh (ends of error bars); beside: name of the bars whose part of
  *          a band they share
- *        'bars': width (in x; on a band axis they share the band), from zero
+ *        'bars': width (in x; on a band axis they share the band), from zero; open: only their outline
  *        'rule': only x or only y, a number: a line across; text: written at it, in line `row`
- *        'lane': only x, ascending: marks below the axis, each such series in a row of its own; step: of neighbours
- *   tags: names in the legend, any of which hides the series, default its own;  faint: true (half transparent)
+ *        'lane': only x, ascending: marks below the axis, each such series in a row of its own, which begins with the
+ *          character `sign`; step: of neighbours
+ *   tags: names in the legend, any of which hides the series, default its own
  *   show(i): text of a point in the read-out;  legend: false;  hover: false;  thin: true (a thin line)
  */
 export class Plot {
@@ -181,8 +189,10 @@ export class Plot {
     this.edges = svg('g');
     [this.cursor, this.hover] = ['cursor', 'hover'].map((name) => svg('path', { class: name, 'data-transient': '' }));
     this.selection = svg('rect', { class: 'selection', 'data-transient': '' });
-    this.surface = svg('rect', { class: 'surface', tabindex: 0, role: 'application', 'data-transient': '', 'aria-label':
-      `${options.label ?? 'Chart'}. Arrow keys read values, plus and minus zoom, Escape shows everything.` });
+    const zooms = [options.x, options.y].some(({ scale }) => scale === 'band') ? ''
+      : ', plus and minus zoom, Escape shows everything';
+    this.surface = svg('rect', { class: 'surface', tabindex: 0, role: 'application', 'data-transient': '',
+      'aria-label': `${options.label ?? 'Chart'}. Arrow keys read values${zooms}.` });
     this.labels = svg('g');
     this.root = svg('svg', { class: 'drawing' }, this.axes, this.inner, this.edges, this.labels, this.cursor,
       this.selection, this.hover, this.surface);
@@ -277,7 +287,8 @@ export class Plot {
     this.width = width;
     const { x, y, height, mode } = this.options;
     fillLegend(this.legend, this.series, this.hidden, () => this.render());
-    this.lanes = this.series.filter(({ kind }) => kind === 'lane').map(({ name }) => name);
+    const lanes = this.series.filter(({ kind }) => kind === 'lane');
+    this.lanes = lanes.map(({ name }) => name);
     const top = y.label ? 24 : 8, right = this.width - 12, bottom = top + height;
     const laneTop = bottom - this.lanes.length * laneHeight;
     const yRange = y.scale === 'band' ? [top, laneTop] : [laneTop - (this.lanes.length > 0 ? 3 : 0), top];
@@ -297,7 +308,8 @@ export class Plot {
     setAttributes(this.surface, frame);
     this.drawAxes(Math.max((right - left) / 75, 2), yCount);
     this.drawSeries();
-    this.labels.replaceChildren(...this.options.labels?.(this) ?? []);
+    this.labels.replaceChildren(...lanes.map(({ sign }, i) =>
+      svgText(left - 8, laneTop + (i + 1) * laneHeight - 2, sign, 'middle')), ...this.options.labels?.(this) ?? []);
     this.drawCursor();
     const [read] = this.points ?? [];  // stays under the pointer while data come in
     this.drawHover(read ? this.pointsAt(read.x, read.y) : null);
@@ -330,7 +342,7 @@ export class Plot {
     const [low, high] = this.sy.domain(), beyond = { above: 0, below: 0 };
     for (const [k, each] of shown.entries()) {
       const parts = this.partsOf(each).filter(([, d]) => d);
-      paint(groups[k], each.colour).style.opacity = each.faint ? 0.5 : '';
+      paint(groups[k], each.colour);
       keyedChildren(groups[k], d3.keys(parts), () => svg('path')).forEach((path, i) => {
         const [style, d, dash] = parts[i];
         setAttributes(path, { class: style, d, 'stroke-dasharray': dash });
@@ -365,7 +377,7 @@ export class Plot {
 
   /** The parts of a series: [class, path, dash]. */
   partsOf(each) {
-    const { kind, shape, dash, r = 2.6, step = 1 } = each, { left, right, top, bottom } = this;
+    const { kind, shape, dash, r = markerR, step = 1, open } = each, { left, right, top, bottom } = this;
     if (kind === 'rule') {
       const d = exists(each.x) ? `M${this.sx(each.x)},${top}V${bottom}` : `M${left},${this.sy(each.y)}H${right}`;
       return [['thin', d, dash]];
@@ -377,7 +389,7 @@ export class Plot {
         return `M${from},${at}h${Math.max(tenth(to - from), 1)}v${laneHeight - 2}H${from}z`;
       }).join('')]];
     }
-    if (kind === 'bars') return [['bars', this.barsPath(each)]];
+    if (kind === 'bars') return [[open ? 'hollow' : 'bars', this.barsPath(each)]];
     const pixels = (axis, values) => values.map((value) => this.place(axis, value, each));
     const xs = pixels('x', each.x);
     const ys = pixels('y', each.y);
@@ -386,7 +398,7 @@ export class Plot {
     return [kind !== 'points' && [each.thin ? 'thin' : 'line', linePath(xs, ys, kind === 'steps'), dash],
       ends(xs, 'y', each.low, each.high, (x, from, to) => `M${x},${from}V${to}`),
       ends(ys, 'x', each.xLow, each.xHigh, (y, from, to) => `M${from},${y}H${to}`),
-      (kind === 'points' || shape) && [markerClass(each), markersPath(shape ?? 'circle', xs, ys, r)]].filter(Boolean);
+      kind === 'points' && [markerClass(each), markersPath(shape ?? 'circle', xs, ys, r)]].filter(Boolean);
   }
 
   barsPath(each) {

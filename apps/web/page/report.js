@@ -206,7 +206,7 @@ const isFix = ({ x_m, y_m, verdict }, i) => exists(x_m[i]) && exists(y_m[i]) && 
 function reasonLanes(frames, verdicts, isMissing, prefix) {
   const missing = d3.range(verdicts.length).filter((i) => verdicts[i] !== null && isMissing(i));
   return d3.nest().key((i) => verdicts[i]).entries(missing).map(({ key, values }) =>
-    ({ name: prefix + key, kind: 'lane', colour: verdictOf(key).colour, x: values.map((i) => frames[i]) }));
+    ({ name: prefix + key, kind: 'lane', ...verdictOf(key), x: values.map((i) => frames[i]) }));
 }
 
 function beyondWords(errors_mm, limit_mm) {
@@ -270,9 +270,9 @@ function drivenFigure(data) {
 function errorFigure(data, plots) {
   const { truth, fixes, frame, paper } = data, { figure_17_frames: shown } = paper;
   const errors_mm = fixes.error_m.map((error, i) => isFix(fixes, i) ? inMm(error) : undefined);
-  const paths = [['odometry', data.odometry, 'odometry'], ['estimate', data.estimate, 'track']]
-    .map(([name, path, colour]) =>
-      ({ name, kind: 'line', colour, thin: true, x: frame, y: pathErrors(path, truth)?.map(inMm) }))
+  const paths = [['odometry', data.odometry, 'odometry', '8 4'], ['estimate', data.estimate, 'track', '2 3']]
+    .map(([name, path, colour, dash]) =>
+      ({ name, kind: 'line', colour, dash, thin: true, x: frame, y: pathErrors(path, truth)?.map(inMm) }))
     .filter(({ y }) => y?.some(exists));
   if (!errors_mm.some(exists) && paths.length === 0) return null;
   // On a linear axis that holds the paper's mean, errors of a hundredth of it would all lie on the zero line.
@@ -386,13 +386,14 @@ function budgetFigure(budget) {
   const lines = [total, ...rest.sort((a, b) => size(b) - size(a))];
   const y = lines.map(({ source, size: by }) => by ? `${source}: ${by}` : source);
   const values = (of, key) => lines.map((line) => inMm(line[of][key]) >= least_mm ? inMm(line[of][key]) : undefined);
-  const series = [['range', `range at ${budget.range_m} m`, 'odometry'], ['position', 'position', 'fix']]
-    .flatMap(([of, name, colour]) => [{ name, kind: 'bars', colour, y, x: values(of, 'analytic_m') },
-      { name: `${name}, Monte Carlo`, kind: 'points', colour: 'ink', open: true, r: 4, beside: name, y,
+  const series = [['range', `range at ${budget.range_m} m`, 'odometry', false, 'circle'],
+    ['position', 'position', 'fix', true, 'diamond']]
+    .flatMap(([of, name, colour, open, shape]) => [{ name, kind: 'bars', colour, open, y, x: values(of, 'analytic_m') },
+      { name: `${name}, Monte Carlo`, kind: 'points', colour: 'ink', shape, open: true, r: 4, beside: name, y,
         x: values(of, 'monte_carlo_m') }]);
   return figure({ id: 'error_budget', title: 'The error budget', caption: 'Error that each source adds if it is wrong '
-    + `by the standard deviation beside its name. Bars: linear propagation; circles: ${budget.draws} draws each. `
-    + `Values below ${least_mm} mm are not drawn.` }, new Plot({ label: 'The error budget', series,
+    + 'by the standard deviation beside its name. Bars: linear propagation; circles and diamonds: '
+    + `${budget.draws} draws each. Values below ${least_mm} mm are not drawn.` }, new Plot({ label: 'The error budget', series,
     height: 27 * y.length, x: { label: 'root mean square', unit: 'mm', scale: 'log', min: least_mm },
     y: { scale: 'band', values: y } }).node);
 }
@@ -433,16 +434,16 @@ function geometryFigure(data) {
   const left = Math.min(lower.viewpoint[0], upper.viewpoint[0]) - 0.12 * tallest, far = 10 * width;
   const seen = (polygon, { viewpoint, tip, rim }) => keepLeft(keepLeft(polygon, viewpoint, tip), rim, viewpoint);
   const along = ([x, y], [tx, ty]) => [far, y + (ty - y) * (far - x) / Math.max(tx - x, 1e-9)];
-  const rays = ({ viewpoint, tip, rim }, name, colour) => [tip, rim].flatMap((through) => [
-    { name, colour, points: [through, along(viewpoint, through)] },
-    { name, colour, dash: '4 4', points: [viewpoint, through] }]);
+  const rays = ({ viewpoint, tip, rim }, name, colour, dash) => [tip, rim].flatMap((through) => [
+    { name, colour, dash, points: [through, along(viewpoint, through)] },
+    { name, colour, dash: '3 4', points: [viewpoint, through] }]);
   const plan = new Plan({ bounds_m: [left, 0, width, 1.25 * tallest], label: 'The rig from the side', tallest: 480,
     floor: false, xLabel: 'distance from the axis / m', yLabel: 'height above the floor / m' });
   plan.update({
     areas: [{ name: 'common region', colour: 'bound',
       points: seen(seen([[0, 0], [far, 0], [far, far], [0, far]], lower), upper) },
     ...views.map(({ tip, rim }) => ({ colour: 'edge', solid: true, points: [tip, rim, [-rim[0], rim[1]]] }))],
-    paths: [...rays(lower, 'lower mirror', 'fix'), ...rays(upper, 'upper mirror', 'odometry'),
+    paths: [...rays(lower, 'lower mirror', 'fix'), ...rays(upper, 'upper mirror', 'odometry', '10 3'),
       { colour: 'paper', dash: '8 3 1 3', points: [[0, 0], [0, 2 * tallest]] },
       ...views.map(({ lens, rim }) => ({ colour: 'paper', dash: '1 3', points: [lens, rim] })),
       ...tops.map(([top]) => ({ name: 'landmark tops', colour: 'ink', dash: '1 3', points: [[0, top], [far, top]] }))],

@@ -82,7 +82,7 @@ export class RoomView {
 export class TimeView {
   constructor(run, store, seek) {
     Object.assign(this, { run, store, seek, held: [] });
-    this.plot = new Plot({ label: 'Errors and sigmas of the position over time', height: 170, 
+    this.plot = new Plot({ label: 'Errors and sigmas of the position over time', height: 170,
       onPick: (t_s) => seek(t_s), onSpan: () => this.drawStrip(), x: { label: 'time', unit: 's' },
       y: { label: 'position: error and sigma', unit: 'mm', scale: 'log', show: (value) => this.tickText(value) } });
     this.canvas = el('canvas', { role: 'img', 'aria-label': 'Verdicts over time' });
@@ -121,8 +121,8 @@ export class TimeView {
         show: (i) => millimetres(held[i][key], 3) }] : [];
     this.plot.update([
       ...line('error of the fix', 'fixError', 'fix'), ...line('sigma of the fix', 'fixSigma', 'fix', '2 3'),
-      ...line('error of the track', 'trackError', 'track'),
-      ...line('sigma of the track', 'trackSigma', 'track', '7 3')]);
+      ...line('error of the track', 'trackError', 'track', '9 3'),
+      ...line('sigma of the track', 'trackSigma', 'track', '9 3 2 3')]);
     this.drawStrip();
     const verdicts = [...new Set(this.rows.flatMap((who) => [...counts.get(who).keys()]))];
     keyedChildren(this.legend, verdicts.filter((verdict) => !trackStates.has(verdict)),
@@ -291,8 +291,9 @@ export class Gauges {
     const { sensors = {}, robot = {} } = this.run, { skew_s, age_s, timing, late_frames, drive } = store.at(position);
     const { left_command_radps: left, right_command_radps: right } = drive ?? {};
     const ms = (time_s, digits) => exists(time_s) && quantity(1000 * time_s, 'ms', digits);
+    const rate = frameRate(store, position);
     const gauges = Object.entries({
-      'frames a second': `${fixed(frameRate(store, position), 1)} of ${fixed(robot.rate_hz, 0)}`,
+      'frames a second': exists(rate) && `${fixed(rate, 1)} of ${fixed(robot.rate_hz, 0)}`,
       'skew of the two images': sensors.skew && ms(skew_s, 1), 'age of the answer': ms(age_s, 0),
       'time for the answer': ms(timing?.wall_s, 1), 'late frames': exists(late_frames) && String(late_frames),
       'lost images': sensors.images && lostImages(store, position),

@@ -195,11 +195,11 @@ function planeSeries(data, plane, marks, [xRange, yRange], shows) {
       const bars = (held) => wanted && { xLow: clamped(held, 'xs', 0, xRange), xHigh: clamped(held, 'xs', 1, xRange),
         low: clamped(held, 'ys', 0, yRange), high: clamped(held, 'ys', 1, yRange) };
       const add = (tags, held, more) => held.length > 0 && series.push({ name: [level, ...tags].join(', '),
-        tags: [level, ...tags], colour, shape, kind: 'points', r: 4, legend: false, marks: held, faint: !wanted,
+        tags: [level, ...tags], colour, shape, kind: 'points', r: wanted ? 4 : 2.4, legend: false, marks: held,
         x: held.map(({ x }) => x), y: held.map(({ y }) => y), ...bars(held), ...more,
         show: (i) => settingWords(held[i].setting, data.least_answered).join('\n') });
       const often = all.filter(({ answers }) => answers || wanted), also = wanted ? [] : ['dominated'];
-      add([rarely], all.filter(({ answers }) => !answers && !wanted), { shape: 'cross', r: 2.5 });
+      add([rarely], all.filter(({ answers }) => !answers && !wanted), { shape: 'cross' });
       add(['one frame', ...also], often.filter(({ setting }) => setting.frames === 1), { open: true });
       add(['several frames', ...also], often.filter(({ setting }) => setting.frames > 1));
     }
@@ -207,7 +207,8 @@ function planeSeries(data, plane, marks, [xRange, yRange], shows) {
   const levels = Object.entries(levelLooks).filter(([level]) => data.settings.some((each) => each.estimator === level));
   const frontier = marks.filter(({ onFrontier }) => onFrontier), bound = boundPoints(data, plane);
   return [...levels.map(([level, [colour, shape]]) => entry(level, colour, { shape })),
-    entry('one frame', 'ink', { open: true }), entry('several frames', 'ink'), entry('dominated', 'line'),
+    entry('one frame', 'ink', { open: true, key: 'any shape' }), entry('several frames', 'ink', { key: 'any shape' }),
+    entry('dominated', 'ink', { key: 'small' }),
     marks.some(({ answers }) => !answers) && entry(rarely, 'ink', { shape: 'cross' }),
     frontier.length > 0 && { name: 'frontier', kind: 'steps', colour: 'c8', hover: false,
       x: [frontier[0].x, ...frontier.map(({ x }) => x), xRange[1]],
@@ -291,7 +292,7 @@ function planeFigure(data, key, shows, point) {
   const silent = data.settings.filter(({ position_mean_m: mean }) => !exists(mean)).length;
   const node = figure({ id: `${key}_time`, title: plane.title,
     caption: `${plane.caption} Marks with 95 % intervals are on the frontier; no swept setting is below the staircase `
-      + 'line. Faint marks are dominated, and crosses answer too rarely. The dashed line connects the smallest '
+      + 'line. Small marks are dominated, and crosses answer too rarely. The dashed line connects the smallest '
       + 'Cram\u00e9r-Rao bounds of settings fine and adaptive, with all landmarks of the map and, for several frames, '
       + 'with wheels that measure their motion exactly. Bounds are root mean squares; a mean error can be as small as '
       + `0.8 times its own root mean square.${exists(data.choice?.setting) ? ' The ring marks the choice.' : ''}`

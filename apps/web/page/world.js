@@ -5,7 +5,7 @@ import { Plan } from './plan.js';
 import { Connection } from './live.js';
 
 const mostTrail = 4000;  // places
-const robotColours = ['c1', 'c2', 'c3', 'c4', 'c5', 'c6', 'c7', 'c8'];
+const robotColours = ['c1', 'c2', 'c3', 'c4', 'c5', 'c6', 'c7', 'c8'], dashes = [undefined, '8 3', '2 3', '8 3 2 3'];
 
 /** The page `world`. */
 export function worldPage() {
@@ -14,7 +14,10 @@ export function worldPage() {
   const trails = new Map(), views = new Map();
   let plan, expected = [], robots = [];
 
-  const colourOf = (name) => robotColours[[...trails.keys()].indexOf(name) % robotColours.length];
+  const lookOf = (name) => {
+    const at = [...trails.keys()].indexOf(name);
+    return { colour: robotColours[at % robotColours.length], dash: dashes[at % dashes.length] };
+  };
   const lines = {
     world: ({ name, map }) => {
       document.title = `${name}, served`;
@@ -34,8 +37,8 @@ export function worldPage() {
         if (trail.length > mostTrail) trail.shift();
       }
       plan.update({
-        paths: robots.map(({ name }) => ({ name, colour: colourOf(name), points: trails.get(name) })),
-        poses: robots.map((robot) => ({ ...robot, colour: colourOf(robot.name), radius_m: 0.15 })),
+        paths: robots.map(({ name }) => ({ name, ...lookOf(name), points: trails.get(name) })),
+        poses: robots.map((robot) => ({ ...robot, ...lookOf(robot.name), radius_m: 0.15 })),
         labels: robots.map(({ name, x_m, y_m }) => ({ text: name, at: [x_m, y_m], above: true })),
       });
       numbers.replaceChildren(facts(robots.map(({ name, t_s, x_m, y_m, heading_rad, contact }) => [name,

@@ -88,7 +88,7 @@ function inPage() {
     /** Entries of one legend that differ by colour alone. */
     colourAlone: () => all('.legend').filter(isShown).flatMap(({ children }) => {
       const signs = [...children].map((entry) => [...entry.querySelectorAll('.key > *')].map((sign) =>
-        ['class', 'd', 'stroke-dasharray'].map((name) => sign.getAttribute(name))).join());
+        [sign.textContent, ...['class', 'd', 'stroke-dasharray'].map((name) => sign.getAttribute(name))]).join());
       return [...children].filter((_, i) => signs.indexOf(signs[i]) !== signs.lastIndexOf(signs[i])).map(nameOf);
     }),
   };
