@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <deque>
 #include <future>
 #include <mutex>
@@ -190,11 +191,14 @@ class Loop {
       const runlog::PoseRow& odometry = taken->record.odometry;
       steering_.add_odometry(number, {odometry.x_m, odometry.y_m, odometry.heading_rad});
       pending_.push_back(*std::move(taken));
-      if (int(pending_.size()) > robot_.latency_frames) {
-        if (auto answered = answer_oldest(); !answered) return answered;
+      if (int(pending_.size() + answers_ahead_.size()) > robot_.latency_frames) {
+        if (auto used = use_oldest(); !used) return used;
       }
-      const WheelSpeeds speeds = steering_.decide(number, taker_->step_s(), waits_for_program_ ? 0 : taker_->age_s());
+      // A program whose work on a frame takes longer than the dead-man time must stand, not drive in jerks.
+      const double worked_s = std::max(taker_->age_s(), std::chrono::duration<double>(answer_time_).count());
+      const WheelSpeeds speeds = steering_.decide(number, taker_->step_s(), waits_for_program_ ? 0 : worked_s);
       if (auto commanded = taker_->command(number, speeds); !commanded) return commanded;
+      if (auto answered = answer_ahead(); !answered) return answered;
       progress_(double(record_.frames()) / options_.frames);
     }
     // The robot stands still until the last images have arrived.
@@ -204,6 +208,49 @@ class Loop {
       progress_(double(record_.frames()) / options_.frames);
     }
     return {};
+  }
+
+  /// The answer of a frame, until it is old enough to steer by.
+  struct Answer {
+    std::uint64_t frame;
+    std::optional<Eigen::Vector2d> position_m;
+    std::vector<Disc> found;  ///< landmarks found on the way
+  };
+
+  /// Steers by the oldest answer that was not used, which is computed now unless that was done before.
+  Status use_oldest() {
+    if (answers_ahead_.empty()) {
+      if (auto answered = answer_oldest(); !answered) return answered;
+    }
+    const Answer& answer = answers_ahead_.front();
+    if (answer.position_m) steering_.add_fix(answer.frame, *answer.position_m);
+    if (options_.maps) steering_.avoid(answer.found);
+    answers_ahead_.pop_front();
+    return {};
+  }
+
+  /// Answers the frames whose images are here, until the next frame is due: watchers see a frame early, and decisions
+  /// use the same answers as without this. A world that waits for the program loses no time by waiting for images.
+  Status answer_ahead() {
+    if (waits_for_program_ && !options_.real_time) return {};
+    while (!pending_.empty()) {
+      if (options_.real_time && !has_arrived(pending_.front(), real_time_.left() - answer_time_)) return {};
+      const SteadyTime from = std::chrono::steady_clock::now();
+      if (auto answered = answer_oldest(); !answered) return answered;
+      answer_time_ = std::chrono::steady_clock::now() - from;
+    }
+    return {};
+  }
+
+  /// Waits for the images of a frame. Returns false without a time to wait, and for images that cannot be had.
+  static bool has_arrived(const TakenFrame& taken, RealTime::Milliseconds wait) {
+    const SteadyTime end = std::chrono::steady_clock::now() + std::chrono::duration_cast<SteadyTime::duration>(wait);
+    const auto is_here = [&](const Frame& frame) {
+      const auto left = end - std::chrono::steady_clock::now();
+      return left.count() > 0 && frame.image(std::chrono::ceil<std::chrono::milliseconds>(left)).has_value();
+    };
+    return is_here(taken.frame.lower) && is_here(taken.frame.upper) &&
+           std::ranges::all_of(taken.others, is_here, &NamedFrame::frame);
   }
 
   /// Takes the oldest frame without an answer, waits for its images, computes its answer and writes both.
@@ -239,8 +286,7 @@ class Loop {
     tell_of_rig(waits_for_program_ ? kWait : kIfReady);
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
-    if (*position_m) steering_.add_fix(record.frame.frame, **position_m);
-    if (options_.maps) steering_.avoid(discs_of(answers_.found()));
+    answers_ahead_.push_back({record.frame.frame, *position_m, discs_of(answers_.found())});
     const double arrived_s = record.frame.host_t_s.value_or(0) - clock_before_s_;
     finished.record = std::move(record);
     if (options_.finished) {
@@ -362,8 +408,10 @@ class Loop {
   std::future<std::optional<std::string>> rig_warning_;
   bool waits_for_program_ = false;  ///< the time of the devices stands still between frames
   std::optional<FrameTaker> taker_;
-  std::deque<TakenFrame> pending_;
-  double clock_before_s_ = 0;  ///< host_t_s of the last stored frame of a resumed run
+  std::deque<TakenFrame> pending_;         ///< without an answer
+  std::deque<Answer> answers_ahead_;       ///< of the frames before those
+  RealTime::Milliseconds answer_time_{0};  ///< that the last answer took
+  double clock_before_s_ = 0;              ///< host_t_s of the last stored frame of a resumed run
 };
 
 }  // namespace

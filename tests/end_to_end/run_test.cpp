@@ -80,6 +80,29 @@ TEST_F(RunInTheLab, TheSameSeedGivesTheSameBytesAndPixels) {
   }
 }
 
+// Catches answers that wait until a paced run steers by them, so that watchers see each frame late, and a pace that
+// changes the answers or the decisions.
+TEST_F(RunInTheLab, InRealTimeAnswersComeEarlyAndStayTheSame) {
+  const config::Robot robot = config::read_robot(kSmall);
+  ASSERT_GT(robot.latency_frames, 0);
+  RunOptions options;
+  options.frames = kFramesInTests;
+  options.seed = 7;
+  options.out = folder_ / "paced";
+  options.real_time = true;
+  double least_age_s = 1e9;
+  options.finished = [&](const FinishedFrame&, const LiveFigures& figures) {
+    least_age_s = std::min(least_age_s, figures.age_s);
+  };
+  ASSERT_TRUE(run(
+      robot, config::read_map(robot.map), options, [](double) {}, stop_));
+  EXPECT_LT(least_age_s, robot.latency_frames / robot.lower.settings.rate_hz);
+  ASSERT_TRUE(go(kSmall, "free", kFramesInTests));
+  for (const char* table : {"ranges.csv", "fixes.csv", "track.csv", "truth.tum", "drive.csv"}) {
+    EXPECT_EQ(bytes(folder_ / "paced" / table), bytes(folder_ / "free" / table)) << table;
+  }
+}
+
 // Catches a run that uses the map's landmarks although it should not, or that does not store those that it finds. A
 // run that is cut off and resumed finds the same.
 TEST_F(RunInTheLab, FindsTheLandmarksOnTheWay) {

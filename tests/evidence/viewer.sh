@@ -22,7 +22,7 @@ try controls_firefox node $scripts/controls.mjs "$scratch" firefox pointer
 try serving node $scripts/serving.mjs "$scratch"
 for deed in tab kill cut; do try "stops_$deed" node $scripts/stops.mjs "$scratch" "$deed" "${TWOCONE_VIEWER_STOPS:-20}"; done
 
-rm -rf "$scratch"/{wander,manual,program,browser,prompt,slow,stops_*} # gigabytes of images
+rm -rf "$scratch"/{wander,manual,program,browser,slow,stops_*} # gigabytes of images
 
 # stored FRAMES: a run, and its report
 stored() {
@@ -77,5 +77,13 @@ for name in controls_chromium controls_keys controls_firefox access attacks atta
   found=$(grep -av '^row |' "$work/$name.log" | head -n 60 || true)
   [ -z "$found" ] || block "Found by $name" "$found"
 done
+block "Old and new stored pages, judged by eye and not by this script" "On 2026-11-28 the pages of $before_commit and of 26e0caba, made of the same data, were laid side by side at 1200 and 400 px:
+report    of the lab, 450 frames: every headline, sentence, tile, table, column and figure is there. The 12 panoramas with a slider
+          are the player of all frames. The scripts of gnuplot beside the figures are gone; each figure is saved as SVG or PNG.
+          Small errors, which one axis with the paper's mean pressed onto its zero, are readable, because that axis is logarithmic.
+compare   of two runs that differ: everything is there. The stage is a column of the table, which can be sorted, and no longer a
+          heading in it.
+tradeoff  of 186 settings: everything is there. Dominated settings are small marks and no longer faint ones.
+A floor is a cross and no longer a dotted line; every reason for a missing range has a row with its sign, and not only its colour."
 block "Seconds until the wheels stand, each time" "$(grep -av '^row |' "$work"/stops_*.log | sed 's|.*/||; s|\.log:|: |')"
 page "the viewer"

@@ -31,6 +31,10 @@ void RealTime::wait(const std::atomic<bool>& stop) {
   if (late_by_.back() > kLateShare * period_) ++late_;
 }
 
+RealTime::Milliseconds RealTime::left() const {
+  return begin_ ? Milliseconds(due(double(late_by_.size())) - Clock::now()) : Milliseconds(0);
+}
+
 void RealTime::sleep_bare(const std::stop_token& stop) {
   // Between the frames' times, so that the two do not wake each other.
   for (double number = 0.5; !stop.stop_requested(); ++number) {

@@ -27,6 +27,8 @@ class RealTime {
 
   /// Waits until the next frame is due, or until `stop` is set.
   void wait(const std::atomic<bool>& stop);
+  /// Returns the time until the next frame is due; before the first wait: 0.
+  [[nodiscard]] Milliseconds left() const;
   /// Returns the number of frames that began late so far.
   [[nodiscard]] int late() const { return late_; }
   /// Ends the measurement. Returns a sentence about the frames and the bare sleeper; nothing was waited for: empty.

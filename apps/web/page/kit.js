@@ -260,7 +260,7 @@ export function figure({ id, number, title, caption, wide = true }, ...content) 
     button('Save SVG', () => saveBlob(new Blob([standaloneSvg(node)], { type: 'image/svg+xml' }), `${name}.svg`)),
     button('Save PNG', async () => saveBlob(await pngOf(standaloneSvg(node)), `${name}.png`)));
   const node = el('figure', { id, class: wide && 'wide' }, el('div', { class: 'content' }, ...content),
-    el('figcaption', {}, buttons, el('strong', {}, `${number ? `${number}. ` : ''}${title}.`),
+    el('figcaption', {}, buttons, el('strong', {}, `${title}${number ? ` (the paper's ${number})` : ''}.`),
       caption && ` ${caption}`));
   return node;
 }

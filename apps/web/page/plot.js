@@ -291,7 +291,7 @@ export class Plot {
     this.lanes = lanes.map(({ name }) => name);
     const top = y.label ? 24 : 8, right = this.width - 12, bottom = top + height;
     const laneTop = bottom - this.lanes.length * laneHeight;
-    const yRange = y.scale === 'band' ? [top, laneTop] : [laneTop - (this.lanes.length > 0 ? 3 : 0), top];
+    const yRange = y.scale === 'band' ? [top, laneTop] : [laneTop - (this.lanes.length > 0 ? 8 : 0), top];
     const yCount = Math.max(height / (y.scale === 'log' ? 28 : 36), 3), yText = this.tickText('y');
     this.fullY = this.scale('y', this.wholeDomain('y'), yRange);
     this.sy = this.ySpan ? this.scale('y', this.ySpan, yRange) : this.fullY;

@@ -46,16 +46,15 @@ export function servingTime_s(pid) {
 
 /**
  * Returns when a run began, by the wall clock in milliseconds. The log has the time of day of "frame K: a person stopped the
- * wheels", which is decided directly after the answer to the frame that is `latency` earlier. The earliest of several is the
- * least delayed one.
+ * wheels", which is decided directly after the frame's arrival. The earliest of several is the least delayed one.
  * @param answers a Map from a frame's number to [arrival, answer], in seconds since the run began
  */
-export function beginOfRun_ms(folder, latency, answers) {
+export function beginOfRun_ms(folder, answers) {
   const begins = [];
   for (const line of readFileSync(`${folder}/run.log`, 'utf8').split('\n')) {
     const found = /^(\S+) \S+ run: frame (\d+): a person (?:stopped|freed)/.exec(line);
-    const [, answer_s] = (found && answers.get(Number(found[2]) - latency)) ?? [];
-    if (answer_s) begins.push(Date.parse(found[1]) - 1000 * answer_s);
+    const [arrival_s] = (found && answers.get(Number(found[2]))) ?? [];
+    if (arrival_s) begins.push(Date.parse(found[1]) - 1000 * arrival_s);
   }
   return Math.min(...begins);
 }

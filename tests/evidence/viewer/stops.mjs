@@ -44,7 +44,7 @@ for (let k = 0; k < Number(count); ++k) {
 }
 await run.stop();
 
-const begin_ms = beginOfRun_ms(run.folder, 4, answers);
+const begin_ms = beginOfRun_ms(run.folder, answers);
 const clock = table(run.folder, 'frames.csv').map(({ host_t_s }) => begin_ms + 1000 * Number(host_t_s));
 const drive = table(run.folder, 'drive.csv');
 const moves = drive.map((line) => Number(line.left_command_radps) !== 0 || Number(line.right_command_radps) !== 0);
