@@ -235,9 +235,7 @@ class Loop {
     if (waits_for_program_ && !options_.real_time) return {};
     while (!pending_.empty()) {
       if (options_.real_time && !has_arrived(pending_.front(), real_time_.left() - answer_time_)) return {};
-      const SteadyTime from = std::chrono::steady_clock::now();
       if (auto answered = answer_oldest(); !answered) return answered;
-      answer_time_ = std::chrono::steady_clock::now() - from;
     }
     return {};
   }
@@ -272,6 +270,7 @@ class Loop {
       others.push_back({other.name, *image});
     }
     record_.info().render_wait_s += seconds_since(waited_from);
+    const SteadyTime begin = std::chrono::steady_clock::now();
     if (record_.frames() == 0) {
       if (auto checked = check_first(*lower, *upper); !checked) return checked;
     }
@@ -295,6 +294,7 @@ class Loop {
                          .late_frames = options_.real_time ? std::optional(real_time_.late()) : std::nullopt});
     }
     record_.add(std::move(finished));
+    answer_time_ = std::chrono::steady_clock::now() - begin;
     return {};
   }
 
