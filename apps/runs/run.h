@@ -74,7 +74,8 @@ struct RunOptions {
 /// The loop is the same in simulation and on hardware. It takes the next frame, computes the fix of the frame that was
 /// taken `latency_frames` earlier, whose pixels have arrived by then, and steers by odometry that this fix has
 /// corrected. Decisions therefore do not depend on how fast images arrive. Where time passes between the frames (real
-/// devices, `real_time`), fixes are computed as soon as the images are there. The true pose is used only for the tables.
+/// devices, `real_time`), fixes are computed as soon as the images are there. The true pose is used only for the
+/// tables.
 ///
 /// Ranges and fixes follow `robot.estimator`, except that the method is `options.method`. run.yaml records both.
 ///
