@@ -230,7 +230,8 @@ class Loop {
   }
 
   /// Answers the frames whose images are here, until the next frame is due: watchers see a frame early, and decisions
-  /// use the same answers as without this. A world that waits for the program loses no time by waiting for images.
+  /// use the same answers as without this. Does nothing where no time passes between frames: the next one is due at
+  /// once.
   Status answer_ahead() {
     if (waits_for_program_ && !options_.real_time) return {};
     while (!pending_.empty()) {

@@ -33,7 +33,7 @@ class Steering {
   /// Returns the speeds for a frame. They are 0 while a person holds the wheels, and if the newest image is older than
   /// command_timeout_s. The loss of a camera thus stops the wheels within that time, too, however long the work on its
   /// last image takes.
-  /// @param image_age_s age of the newest image, or if longer, the time that the work on the image before took
+  /// @param image_age_s age of the newest image, or the time of the work on the image before it, if that is longer
   [[nodiscard]] WheelSpeeds decide(std::uint64_t frame, double step_s, double image_age_s);
 
  private:
