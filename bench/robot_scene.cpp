@@ -98,6 +98,7 @@ RobotView RobotScene::view(const NamedBlock& carrier, const std::string& name, c
   view_template.width_px = size.width_px;
   view_template.height_px = size.height_px;
   view_template.antialias = size.antialias;
+  view_template.unit_m = place_.unit_m;
   view_template.quality = kPlainQuality;
   SceneAccess access(place_.scene, place_.scene_paths);
   auto native = NativeView::make(view_template, scene_.path(), include_reader(access));

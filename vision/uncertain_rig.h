@@ -75,6 +75,7 @@ class UncertainRig {
   [[nodiscard]] const Rig& rig() const { return rig_; }
   [[nodiscard]] bool is_exact() const { return by_shared_.cols() == 0; }
   [[nodiscard]] Eigen::Index errors() const { return by_shared_.cols(); }
+  [[nodiscard]] const BySharedErrors<kRigNumbers>& by_shared() const { return by_shared_; }
 
   /// Returns the variance of the mirror's edge in the undistorted image, seen from its centre, px^2.
   [[nodiscard]] double edge_variance_px2(Side side) const;

@@ -27,6 +27,23 @@ constexpr double kRimMargin_px = 2.5;
 // The search for the exact top extends this far to either side. Tuned by hand on synthetic images; no test fixes it.
 constexpr double kTopSearch_px = 8;
 
+// Of the eight pixels around one, on the grid that is searched, at least so many must have its colour too. In dark places
+// a camera's noise gives single pixels any hue, and many of them would add up to a landmark. The narrowest line has two
+// neighbours everywhere but at its ends. outline_ranging_test.cpp, NoiseIsNoRival, exercises it but does not fix it.
+constexpr int kLeastNeighbours = 2;
+
+int neighbours_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, cv::Point at, int stride) {
+  int neighbours = 0;
+  for (int row = at.y - stride; row <= at.y + stride; row += stride) {
+    if (row < 0 || row >= rgb.rows) continue;
+    for (int column = at.x - stride; column <= at.x + stride; column += stride) {
+      if (column < 0 || column >= rgb.cols || (row == at.y && column == at.x)) continue;
+      neighbours += table.label(rgb.ptr<std::uint8_t>(row) + std::ptrdiff_t(3) * column) == label ? 1 : 0;
+    }
+  }
+  return neighbours;
+}
+
 struct Run {
   int first, last;  // bins, last may pass Finder::kBins
 };
@@ -81,6 +98,7 @@ void Finder::gather(const cv::Mat& rgb, const ColourTable& table, int stride,
     for (int column = spans_[i].begin; column < spans_[i].end; column += stride) {
       const std::uint8_t label = table.label(pixels + std::ptrdiff_t(3) * column);
       if (label == 0 || label > by_colour.size()) continue;
+      if (neighbours_of(rgb, table, label, {column, row}, stride) < kLeastNeighbours) continue;
       const auto dx = static_cast<float>(column - centre_px_.x());
       const auto dy = static_cast<float>(row - centre_px_.y());
       const float radius_px = std::sqrt(dx * dx + dy * dy);
