@@ -13,6 +13,7 @@
 #include "vision/dense/panorama.h"
 #include "vision/dense/refinement.h"
 #include "vision/dense/rig_errors.h"
+#include "vision/dense/tune.h"
 #include "vision/method_arguments.h"
 #include "vision/srgb.h"
 #include "vision/triangulation.h"
@@ -26,9 +27,8 @@ constexpr double kLeastNoise_grey = 0.3;
 // Texture: the gradient energy of a window over that of noise. That of noise alone exceeds this in one window of a
 // thousand (dense_ranging_test.cpp, APlainWallIsUnknown).
 constexpr float kLeastTexture = 2;
-// A match whose residual is greater than noise, and greater than this share of the texture, is none.
-constexpr float kWorstMisfit = 4;
-constexpr float kMisfitOfTexture = 0.3F;
+// A match that leaves more than this share of the lower view's variance is none.
+const float kWorstMisfit = tune("MF", 0.3F);
 // A disparity that is less certain is no range.
 constexpr float kWorstSigma_px = 1;
 
@@ -94,6 +94,7 @@ struct DenseRanging::Impl {
         grid(grid_of(belief.rig(), settings.azimuths)),
         views{PanoramaView(belief.rig().lower, grid, 2 * settings.nearest_m, size, settings.own_body[0]),
               PanoramaView(belief.rig().upper, grid, 2 * settings.nearest_m, size, settings.own_body[1])},
+        blur(views[0].widths_px(), views[1].widths_px()),
         rig_errors(belief, grid, settings.nearest_m) {
     const auto& cone = belief.rig().lower.settings().cone;
     const double behind_m = cone.lens_to_tip_m * std::sin(cone.apex_rad);
@@ -122,6 +123,7 @@ struct DenseRanging::Impl {
   DenseSettings settings;
   PanoramaGrid grid;
   std::array<PanoramaView, 2> views;
+  AcrossBlur blur;
   RigErrorsOfRange rig_errors;
   int greatest_px = 0;
 };
@@ -154,8 +156,9 @@ RangeImage DenseRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
   const Rig& rig = impl_->belief.rig();
   const std::array<NoiseModel, 2> noises =
       noise ? *noise : std::array{measured_noise(lower, rig.lower), measured_noise(upper, rig.upper)};
-  const PanoramaPair pair{views[0].resample(levels(lower, stabilised(noises[0]))),
-                          views[1].resample(levels(upper, stabilised(noises[1]))), views[0].shown(), views[1].shown()};
+  const PanoramaPair pair{AcrossBlur::blurred(views[0].resample(levels(lower, stabilised(noises[0])))),
+                          views[1].resample(levels(upper, stabilised(noises[1]))), views[0].shown(), views[1].shown(),
+                          &impl_->blur};
   const MatchedDisparities matched = match(pair, impl_->greatest_px);
 
   const PanoramaGrid& grid = impl_->grid;
@@ -199,11 +202,7 @@ RangeImage DenseRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
         if (upper_own_body.at<std::uint8_t>(a, other_index) != 0) return DenseVerdict::kOwnBody;
         if (upper_shown.at<std::uint8_t>(a, other_index) == 0) return DenseVerdict::kNotShared;
         const float misfit = refined.misfit.at<float>(a, i);
-        if (std::getenv("DBG") && unchecked.at<std::uint8_t>(a, i) == 0 && misfit > kWorstMisfit + kMisfitOfTexture * refined.texture.at<float>(a, i)) return DenseVerdict::kRepeated;
-        if (unchecked.at<std::uint8_t>(a, i) != 0 ||
-            misfit > kWorstMisfit + kMisfitOfTexture * refined.texture.at<float>(a, i)) {
-          return DenseVerdict::kOccluded;
-        }
+        if (unchecked.at<std::uint8_t>(a, i) != 0 || misfit > kWorstMisfit) return DenseVerdict::kOccluded;
         if (repeated.at<std::uint8_t>(a, i) != 0) return DenseVerdict::kRepeated;
         if (disparity_px < kMinSigmas * sigma_px) return DenseVerdict::kBeyondLimit;
         const auto met = impl_->meeting(a, i, disparity_px);

@@ -10,6 +10,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "vision/dense/panorama.h"
+#include "vision/dense/row_kernels.h"
+#include "vision/dense/tune.h"
 
 namespace twocone::vision {
 namespace {
@@ -18,17 +20,15 @@ using Byte = std::uint8_t;
 
 constexpr int kHalfSeam = kSeam / 2;
 // Window of the local mean and deviation, in halved pixels: azimuths, slopes.
-const cv::Size kLocalWindow(9, 5);
+const cv::Size kLocalWindow((int)tune("LW", 15), (int)tune("LA", 9));
 // A deviation of a halved image that noise alone has is 1/2 at most; well above it, the cost no longer depends on it.
-constexpr double kPlainDeviation = 1.5;
-constexpr float kUnit = 32;   // of the normalised image, as a byte
+const double kPlainDeviation = tune("PD", 1.5);
+const float kUnit = tune("UN", 20);   // of the normalised image, as a byte
 constexpr int kTruncated = 63;  // costs of one pixel are cut there: occlusions and highlights
 // Costs of a cell are the sum of 3 x 3 pixels / 4, so at most 141.
 constexpr Byte kOutside = 170;
-constexpr Byte kStep = 5;    // P1 of the paper
-constexpr Byte kJump = 40;   // P2; with kStep, sums stay below 256
-constexpr Byte kUnreached = 250 - kStep;
-static_assert(kOutside + kJump + kStep < 256);
+const Byte kStep = (Byte)tune("P1", 5);    // P1 of the paper
+const Byte kJump = (Byte)tune("P2", 60);   // P2; with kStep, sums stay below 256
 
 /// Returns the image at half the resolution, less its local mean and over its local deviation.
 cv::Mat normalised(const cv::Mat& panorama) {
@@ -44,7 +44,7 @@ cv::Mat normalised(const cv::Mat& panorama) {
     const auto* m = mean.ptr<float>(row);
     const auto* s = square.ptr<float>(row);
     auto* out = bytes.ptr<Byte>(row);
-    constexpr auto kFloor = static_cast<float>(kPlainDeviation * kPlainDeviation);
+    const auto kFloor = static_cast<float>(kPlainDeviation * kPlainDeviation);
     for (int i = 0; i < half.cols; ++i) {
       const float variance = std::max(0.F, s[i] - m[i] * m[i]) + kFloor;
       const float value = 128 + kUnit * (in[i] - m[i]) / std::sqrt(variance);
@@ -65,14 +65,15 @@ cv::Mat halved_shown(const cv::Mat& shown) {
 class Matcher {
  public:
   Matcher(const PanoramaPair& pair, int greatest_px)
-      : lower_(normalised(pair.lower)),
+      : blur_(*pair.blur),
         upper_(normalised(pair.upper)),
         lower_shown_(halved_shown(pair.lower_shown)),
         upper_hidden_(~halved_shown(pair.upper_shown) & kTruncated),
-        azimuths_(lower_.rows),
-        slopes_(lower_.cols),
-        disparities_(std::min(slopes_, greatest_px / 2 + 2)),
+        azimuths_(upper_.rows),
+        slopes_(upper_.cols),
+        disparities_(std::clamp(greatest_px / 2 + 2, 2, slopes_)),
         stride_((disparities_ + 2 + 15) / 16 * 16) {
+    for (const cv::Mat& level : pair.lower) lower_.push_back(normalised(level));
     cv::flip(upper_, upper_, 1);  // so that disparities ascend along the columns
     cv::flip(upper_hidden_, upper_hidden_, 1);
   }
@@ -97,9 +98,7 @@ class Matcher {
       if (azimuth >= azimuths_ - kHalfSeam) continue;
       along(azimuth);
       const Byte* const up = &ascending_[cells * std::size_t(azimuth)];
-      for (std::size_t k = 0; k < cells; ++k) {
-        sums_[k] = static_cast<std::uint16_t>(up[k] + descending[0][k] + outwards_[k] + inwards_[k]);
-      }
+      add_four(up, descending[0].data(), outwards_.data(), inwards_.data(), cells, sums_.data());
       choose(azimuth - kHalfSeam, matched);
     }
     return matched;
@@ -112,7 +111,6 @@ class Matcher {
 
   /// Costs of single pixels of one azimuth: slopes x stride.
   void raw_costs(int azimuth, std::vector<Byte>& raw) const {
-    const auto* lower = lower_.ptr<Byte>(azimuth);
     const auto* shown = lower_shown_.ptr<Byte>(azimuth);
     const auto* upper = upper_.ptr<Byte>(azimuth);
     const auto* hidden = upper_hidden_.ptr<Byte>(azimuth);
@@ -123,14 +121,16 @@ class Matcher {
         std::fill_n(out, stride_, Byte(kTruncated));
         continue;
       }
-      const Byte value = lower[i];
       const Byte* const other = upper + (slopes_ - 1 - i);
       const Byte* const unseen = hidden + (slopes_ - 1 - i);
-      for (int d = 0; d < count; ++d) {
-        const Byte high = std::max(value, other[d]);
-        const Byte low = std::min(value, other[d]);
-        const auto difference = static_cast<Byte>(high - low);
-        out[d] = std::max(std::min(difference, Byte(kTruncated)), unseen[d]);
+      for (int begin = 0; begin < count;) {
+        // The level grows with the disparity.
+        const int level = blur_.level(2 * i, 2 * (i - begin));
+        int end = begin + 1;
+        while (end < count && blur_.level(2 * i, 2 * (i - end)) == level) ++end;
+        const Byte value = lower_[std::size_t(level)].at<Byte>(azimuth, i);
+        difference_costs(value, other + begin, unseen + begin, std::size_t(end - begin), kTruncated, out + begin);
+        begin = end;
       }
       std::fill(out + count, out + stride_, Byte(kTruncated));
     }
@@ -146,9 +146,7 @@ class Matcher {
     raw_costs(0, raw[1]);
     for (int azimuth = 0; azimuth < azimuths_; ++azimuth) {
       raw_costs(std::min(azimuth + 1, azimuths_ - 1), raw[2]);
-      for (std::size_t k = 0; k < cells; ++k) {
-        across[k] = static_cast<Byte>(raw[0][k] + raw[1][k] + raw[2][k]);  // at most 189
-      }
+      add_three(raw[0].data(), raw[1].data(), raw[2].data(), cells, across.data());  // at most 189
       Byte* const out = cost(azimuth);
       for (int i = 0; i < slopes_; ++i) {
         const Byte* const before = &across[std::size_t(std::max(i - 1, 0)) * std::size_t(stride_)];
@@ -156,39 +154,17 @@ class Matcher {
         const Byte* const after = &across[std::size_t(std::min(i + 1, slopes_ - 1)) * std::size_t(stride_)];
         Byte* const sum = out + std::size_t(i) * std::size_t(stride_);
         const int count = std::min(i + 1, disparities_);
-        for (int d = 0; d < count; ++d) {
-          sum[d] = static_cast<Byte>(static_cast<std::uint16_t>(before[d] + here[d] + after[d]) >> 2);
-        }
+        quarter_of_three(before, here, after, std::size_t(count), sum);
       }
       std::rotate(raw.begin(), raw.begin() + 1, raw.end());
     }
   }
 
-  /// One step of a path: the costs of a slope's disparities, given those of the path's previous pixel.
   void step(const Byte* costs, const Byte* previous, Byte* out) const {
-    Byte least = 255;
-    for (int d = 0; d < disparities_; ++d) least = std::min(least, previous[d]);
-    const auto jump = static_cast<Byte>(least + kJump);
-    // The first and the last disparity have one neighbour.
-    const auto one = [&](int d, Byte below, Byte above) {
-      const Byte best = std::min(std::min(previous[d], jump),
-                                 std::min(static_cast<Byte>(below + kStep), static_cast<Byte>(above + kStep)));
-      return static_cast<Byte>(costs[d] + best - least);
-    };
-    if (disparities_ == 1) {
-      out[0] = one(0, kUnreached, kUnreached);
-      return;
-    }
-    out[0] = one(0, kUnreached, previous[1]);
-    for (int d = 1; d < disparities_ - 1; ++d) {
-      const Byte best = std::min(std::min(previous[d], jump), std::min(static_cast<Byte>(previous[d - 1] + kStep),
-                                                                       static_cast<Byte>(previous[d + 1] + kStep)));
-      out[d] = static_cast<Byte>(costs[d] + best - least);
-    }
-    out[disparities_ - 1] = one(disparities_ - 1, previous[disparities_ - 2], kUnreached);
+    path_step(costs, previous, std::size_t(disparities_), {kStep, kJump}, out);
   }
 
-  /// The same for all slopes of an azimuth. @param previous null: the path begins here
+  /// One step of the paths of an azimuth's slopes. @param previous null: the path begins here
   void step_all(const Byte* costs, const Byte* previous, Byte* out) const {
     const std::size_t cells = std::size_t(slopes_) * std::size_t(stride_);
     if (previous == nullptr) {
@@ -259,15 +235,45 @@ class Matcher {
     }
   }
 
-  static constexpr int kUnique = 6;
+  const int kUnique = (int)tune("UQ", 6);
 
-  cv::Mat lower_, upper_, lower_shown_, upper_hidden_;
+  const AcrossBlur& blur_;
+  std::vector<cv::Mat> lower_;  ///< by level
+  cv::Mat upper_, lower_shown_, upper_hidden_;
   int azimuths_, slopes_, disparities_, stride_;
   std::vector<Byte> costs_, ascending_, outwards_, inwards_;
   std::vector<std::uint16_t> sums_;
 };
 
+// Variance, in pixels, of what a resampled pixel has seen: its own square, and those that the interpolation mixes.
+constexpr double kPixelVariance = 1.0 / 12 + 1.0 / 6;
+
 }  // namespace
+
+AcrossBlur::AcrossBlur(const std::vector<float>& lower_px, const std::vector<float>& upper_px)
+    : levels_(static_cast<int>(lower_px.size()), static_cast<int>(upper_px.size()), CV_8U, cv::Scalar(0)) {
+  for (int i = 0; i < levels_.rows; ++i) {
+    for (int k = 0; k < levels_.cols; ++k) {
+      const auto inverse = [](float width_px) { return 1 / (double(width_px) * width_px); };
+      const double variance = kPixelVariance * (inverse(upper_px[std::size_t(k)]) - inverse(lower_px[std::size_t(i)]));
+      const double sigma = std::sqrt(std::max(0.0, variance));
+      const auto nearest = std::ranges::min_element(kLevels, {}, [sigma](double at) { return std::abs(at - sigma); });
+      levels_.at<std::uint8_t>(i, k) = static_cast<std::uint8_t>(nearest - kLevels.begin());
+    }
+  }
+}
+
+std::vector<cv::Mat> AcrossBlur::blurred(const cv::Mat& panorama) {
+  std::vector<cv::Mat> levels{panorama};
+  for (std::size_t k = 1; k < kLevels.size(); ++k) {
+    const double more = std::sqrt(kLevels[k] * kLevels[k] - kLevels[k - 1] * kLevels[k - 1]);
+    cv::Mat blurred;
+    const int half = static_cast<int>(std::ceil(2.5 * more));
+    cv::GaussianBlur(levels.back(), blurred, {1, 2 * half + 1}, 0, more, cv::BORDER_REPLICATE);
+    levels.push_back(blurred);
+  }
+  return levels;
+}
 
 MatchedDisparities match(const PanoramaPair& pair, int greatest_px) { return Matcher(pair, greatest_px).run(); }
 

@@ -1,15 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <vector>
+
 #include <opencv2/core.hpp>
 
 namespace twocone::vision {
 
+/// How much less sharply across the upper view sees a point than the lower view: its pixel is nearer to the tip, where a
+/// pixel spans more of the circle. The lower view is blurred across by levels, so that both can be compared.
+class AcrossBlur {
+ public:
+  /// Standard deviations, in azimuths.
+  static constexpr std::array<double, 5> kLevels{0, 0.7, 1.2, 2, 3.2};
+
+  /// @param lower_px,upper_px PanoramaView::widths_px()
+  AcrossBlur(const std::vector<float>& lower_px, const std::vector<float>& upper_px);
+
+  /// Returns the level for a pixel of the lower view, of this slope index, whose match has that one.
+  [[nodiscard]] int level(int lower, int upper) const { return levels_.at<std::uint8_t>(lower, upper); }
+  /// Returns the panorama at all levels.
+  [[nodiscard]] static std::vector<cv::Mat> blurred(const cv::Mat& panorama);
+
+ private:
+  cv::Mat levels_;  ///< CV_8U
+};
+
 /// Panoramas of both views, with their seams (dense/panorama.h), CV_32F, of which every pixel's noise has a standard
 /// deviation of 1; and where they show something.
 struct PanoramaPair {
-  cv::Mat lower, upper;
+  std::vector<cv::Mat> lower;  ///< by AcrossBlur::level()
+  cv::Mat upper;
   cv::Mat lower_shown, upper_shown;
+  const AcrossBlur* blur;
 };
 
 /// Disparities at half the resolution, a row for each second azimuth (without seam) and a column for each second slope.

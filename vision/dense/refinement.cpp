@@ -2,20 +2,24 @@
 #include "vision/dense/refinement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include <opencv2/imgproc.hpp>
-
 #include "vision/dense/panorama.h"
+#include "vision/dense/row_kernels.h"
+#include "vision/dense/tune.h"
 
 namespace twocone::vision {
 namespace {
 
-// Slopes, azimuths.
-const cv::Size kWindow(9, 7);
-constexpr int kRounds = 3;
+// A window reaches this far to either side: 9 slopes x 7 azimuths.
+const int kSlopeReach = (int)tune("WS", 4);
+const int kAzimuthReach = (int)tune("WA", 3);
+const int kRounds = (int)tune("RO", 2);
+// Disparities that differ by more belong to other surfaces. The floor changes by 0.8 px from slope to slope.
+const float kSame_px = tune("SP", 7);
 // A correction of one round is at most this.
 constexpr float kMost_px = 1;
 // The gain of the upper view over the lower one is 1 within this standard deviation, unless the images say otherwise.
@@ -23,120 +27,140 @@ constexpr float kGainSigma = 0.3F;
 // Variance of a central difference of pixels whose noise has the variance 1.
 constexpr float kGradientNoise = 0.5F;
 // Error of a disparity by interpolation, blur and what windows mix.
-constexpr float kFloor_px = 0.05F;
+const float kFloor_px = tune("FL", 0.05F);
+// Residuals that are no noise are alike over so many pixels of a window.
+const float kAlike = tune("AL", 2);
+// Fewer pixels are no window.
+constexpr float kLeastPixels = 8;
 
-cv::Mat gradient_of(const cv::Mat& panorama) {
-  cv::Mat gradient;
-  const cv::Mat kernel = (cv::Mat_<float>(1, 3) << -0.5F, 0, 0.5F);
-  cv::filter2D(panorama, gradient, CV_32F, kernel, {-1, -1}, 0, cv::BORDER_REPLICATE);
-  return gradient;
-}
+/// Rows of what both views show of each pixel and its match.
+class MatchedRows {
+ public:
+  MatchedRows(const PanoramaPair& pair, const cv::Mat& matched)
+      : pair_(pair), matched_(matched), width_(pair.upper.cols), gradient_(std::size_t(width_)) {
+    for (auto& row : rows_) {
+      for (auto& values : row) values.assign(std::size_t(width_) + 2 * MatchedRow::kMargin, 0);
+    }
+  }
 
-cv::Mat summed(const cv::Mat& values) {
-  cv::Mat sum;
-  cv::boxFilter(values, sum, CV_32F, kWindow, {-1, -1}, false);
-  return sum;
-}
+  /// Fills the row of an azimuth. It stays until 2 kAzimuthReach + 1 others have been filled.
+  void fill(int azimuth, const cv::Mat& disparity) {
+    const auto* upper = pair_.upper.ptr<float>(azimuth);
+    const auto* shown = pair_.upper_shown.ptr<std::uint8_t>(azimuth);
+    const auto* matched = matched_.ptr<std::uint8_t>(azimuth);
+    const auto* d = disparity.ptr<float>(azimuth);
+    for (int i = 1; i + 1 < width_; ++i) gradient_[std::size_t(i)] = (upper[i + 1] - upper[i - 1]) / 2;
+    gradient_.front() = gradient_[1];
+    gradient_.back() = gradient_[std::size_t(width_) - 2];
+    auto& [u, g, r, of_match, weight] = rows_[std::size_t(azimuth) % rows_.size()];
+    for (int i = 0; i < width_; ++i) {
+      const float at = std::clamp(static_cast<float>(i) - d[i], 0.F, static_cast<float>(width_) - 1.001F);
+      const int first = static_cast<int>(at);
+      const float share = at - static_cast<float>(first);
+      const std::size_t k = std::size_t(i) + MatchedRow::kMargin;
+      of_match[k] = d[i];
+      u[k] = upper[first] + share * (upper[first + 1] - upper[first]);
+      g[k] = gradient_[std::size_t(first)] +
+             share * (gradient_[std::size_t(first) + 1] - gradient_[std::size_t(first)]);
+      const int level = pair_.blur->level(i, first);
+      r[k] = pair_.lower[std::size_t(level)].at<float>(azimuth, i) - u[k];
+      weight[k] = matched[i] != 0 && shown[first] != 0 ? 1.F : 0.F;
+    }
+  }
 
-/// WindowSums over windows of weight, upper u, gradient g, residual r, and their products.
-struct WindowSums {
-  cv::Mat n, u, g, r, uu, ug, gg, ur, gr, rr;
+  [[nodiscard]] MatchedRow row(int azimuth) const {
+    const auto& [u, g, r, d, weight] = rows_[std::size_t(azimuth) % rows_.size()];
+    constexpr std::size_t kMargin = MatchedRow::kMargin;
+    return {&u[kMargin], &g[kMargin], &r[kMargin], &d[kMargin], &weight[kMargin]};
+  }
+
+ private:
+  const PanoramaPair& pair_;
+  const cv::Mat& matched_;
+  int width_;
+  std::vector<float> gradient_;
+  std::array<std::array<std::vector<float>, 5>, 7> rows_;
 };
+
+/// What the window of a pixel says.
+struct Fit {
+  float mean_px;        ///< of the window's disparities
+  float correction_px;  ///< of that mean
+  float net;            ///< sum of squared gradients without what a gain explains
+  float residual;       ///< variance that the fit leaves
+  float gain;
+  float whole;          ///< variance of the lower view
+};
+
+Fit fit(const WindowSums& sums, std::size_t i) {
+  const auto at = [&](WindowSums::Sum sum) { return sums.of[sum][i]; };
+  const float n = at(WindowSums::kN);
+  const auto centred = [&](WindowSums::Sum product, WindowSums::Sum a, WindowSums::Sum b) {
+    return at(product) - at(a) * at(b) / n;
+  };
+  constexpr float kGainWeight = 1 / (kGainSigma * kGainSigma);
+  const float uu = centred(WindowSums::kUu, WindowSums::kU, WindowSums::kU);
+  const float ug = centred(WindowSums::kUg, WindowSums::kU, WindowSums::kG);
+  const float gg = centred(WindowSums::kGg, WindowSums::kG, WindowSums::kG);
+  const float ur = centred(WindowSums::kUr, WindowSums::kU, WindowSums::kR);
+  const float gr = centred(WindowSums::kGr, WindowSums::kG, WindowSums::kR);
+  const float rr = centred(WindowSums::kRr, WindowSums::kR, WindowSums::kR);
+  const float net = std::max(0.F, gg - ug * ug / (uu + kGainWeight));
+  const float pull = gr - ur * ug / (uu + kGainWeight);
+  const float damped = net + kGradientNoise * n;
+  return {at(WindowSums::kD) / n,
+          -std::clamp(pull / damped, -kMost_px, kMost_px),
+          net,
+          std::max(0.F, rr - ur * ur / (uu + kGainWeight) - (net > 0 ? pull * pull / net : 0)) / n,
+          1 + ur / (uu + kGainWeight),
+          (rr + 2 * ur + uu) / n};
+}
 
 }  // namespace
 
 RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, const cv::Mat& is_matched,
                           const std::vector<float>& widths_px) {
-  const cv::Size size = pair.lower.size();
+  const cv::Size size = pair.upper.size();
   cv::Mat disparity = with_seam(start_px);
   const cv::Mat matched = with_seam(is_matched);
-  const cv::Mat gradient = gradient_of(pair.upper);
-  cv::Mat columns(size, CV_32F);
-  cv::Mat rows(size, CV_32F);
-  for (int a = 0; a < size.height; ++a) rows.row(a).setTo(a);
-  cv::Mat weight(size, CV_32F);
-  cv::Mat warped;
-  cv::Mat slope;
   cv::Mat sigma(size, CV_32F, cv::Scalar(std::numeric_limits<float>::infinity()));
   cv::Mat texture(size, CV_32F, cv::Scalar(0));
   cv::Mat misfit(size, CV_32F, cv::Scalar(0));
-  std::vector<cv::Mat> products(9);
-  for (cv::Mat& product : products) product.create(size, CV_32F);
+  MatchedRows rows(pair, matched);
+  WindowSums sums{std::size_t(size.width)};
+  std::vector<MatchedRow> window;
   for (int round = 0; round < kRounds; ++round) {
-    for (int a = 0; a < size.height; ++a) {
-      const auto* d = disparity.ptr<float>(a);
-      const auto* m = matched.ptr<std::uint8_t>(a);
-      const auto* shown = pair.upper_shown.ptr<std::uint8_t>(a);
-      auto* column = columns.ptr<float>(a);
-      auto* w = weight.ptr<float>(a);
-      for (int i = 0; i < size.width; ++i) {
-        column[i] = std::clamp(static_cast<float>(i) - d[i], 0.F, static_cast<float>(size.width - 1));
-        w[i] = m[i] != 0 && shown[static_cast<int>(column[i])] != 0 ? 1.F : 0.F;
-      }
-    }
-    cv::remap(pair.upper, warped, columns, rows, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-    cv::remap(gradient, slope, columns, rows, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-    for (int a = 0; a < size.height; ++a) {
-      const auto* l = pair.lower.ptr<float>(a);
-      const auto* up = warped.ptr<float>(a);
-      const auto* gr = slope.ptr<float>(a);
-      const auto* w = weight.ptr<float>(a);
-      std::array<float*, 9> p{};
-      for (std::size_t k = 0; k < p.size(); ++k) p[k] = products[k].ptr<float>(a);
-      for (int i = 0; i < size.width; ++i) {
-        // Differences of one level keep the digits of sums of squares.
-        const float u = w[i] * up[i];
-        const float g = w[i] * gr[i];
-        const float r = w[i] * (l[i] - up[i]);
-        p[0][i] = u;
-        p[1][i] = g;
-        p[2][i] = r;
-        p[3][i] = u * u;
-        p[4][i] = u * g;
-        p[5][i] = g * g;
-        p[6][i] = u * r;
-        p[7][i] = g * r;
-        p[8][i] = r * r;
-      }
-    }
-    const WindowSums sums{summed(weight),      summed(products[0]), summed(products[1]), summed(products[2]),
-                    summed(products[3]), summed(products[4]), summed(products[5]), summed(products[6]),
-                    summed(products[7]), summed(products[8])};
     const bool is_last = round + 1 == kRounds;
+    cv::Mat corrected = disparity.clone();
+    int filled = 0;
     for (int a = 0; a < size.height; ++a) {
-      auto* d = disparity.ptr<float>(a);
+      for (; filled <= std::min(a + kAzimuthReach, size.height - 1); ++filled) rows.fill(filled, disparity);
+      window.clear();
+      for (int k = std::max(0, a - kAzimuthReach); k <= std::min(a + kAzimuthReach, size.height - 1); ++k) {
+        window.push_back(rows.row(k));
+      }
+      sum_windows(window, rows.row(a).disparity, std::size_t(size.width), std::size_t(kSlopeReach), kSame_px, sums);
+      auto* d = corrected.ptr<float>(a);
       for (int i = 0; i < size.width; ++i) {
-        const float n = sums.n.at<float>(a, i);
-        if (n < 8) continue;
-        const auto centred = [&](const cv::Mat& xy, const cv::Mat& x, const cv::Mat& y) {
-          return xy.at<float>(a, i) - x.at<float>(a, i) * y.at<float>(a, i) / n;
-        };
-        const float uu = centred(sums.uu, sums.u, sums.u) + 1 / (kGainSigma * kGainSigma);
-        const float ug = centred(sums.ug, sums.u, sums.g);
-        const float gg = centred(sums.gg, sums.g, sums.g);
-        const float ur = centred(sums.ur, sums.u, sums.r);
-        const float gr = centred(sums.gr, sums.g, sums.r);
-        const float rr = centred(sums.rr, sums.r, sums.r);
-        const float width = std::min(1.F, widths_px[std::size_t(i)]);
-        // Without what a gain explains.
-        const float net = gg - ug * ug / uu;
-        const float pull = gr - ur * ug / uu;
+        const float n = sums.of[WindowSums::kN][std::size_t(i)];
+        if (n < kLeastPixels) continue;
+        const Fit of = fit(sums, std::size_t(i));
+        d[i] = of.mean_px + of.correction_px;
+        if (!is_last) continue;
         const float noise = kGradientNoise * n;
-        const float signal = net - noise;
-        if (!is_last) {
-          if (net > 0) d[i] -= std::clamp(pull / (net + noise), -kMost_px, kMost_px);
-          continue;
-        }
-        const float residual = std::max(0.F, rr - ur * ur / uu - (net > 0 ? pull * pull / net : 0)) / n;
-        const float gain = 1 + ur / uu;
-        const float expected = 1 + gain * gain;
-        misfit.at<float>(a, i) = residual / expected;
-        texture.at<float>(a, i) = net / noise;
-        if (signal > 0) {
-          sigma.at<float>(a, i) = std::sqrt(std::max(expected, residual) / (signal * width) + kFloor_px * kFloor_px);
+        const float expected = 1 + of.gain * of.gain;
+        const float width = std::min(1.F, widths_px[std::size_t(i)]);
+        texture.at<float>(a, i) = of.net / noise;
+        // What the fit leaves of the lower view's variance that is not noise.
+        misfit.at<float>(a, i) = std::max(0.F, of.residual - expected) / std::max(of.whole - 1, 1 / n);
+        if (of.net > noise) {
+          const float variance = expected + kAlike * std::max(0.F, of.residual - expected);
+          sigma.at<float>(a, i) = std::sqrt(variance / ((of.net - noise) * width) + kFloor_px * kFloor_px +
+                                            of.correction_px * of.correction_px);
         }
       }
     }
+    disparity = corrected;
   }
   return {without_seam(disparity), without_seam(sigma), without_seam(texture), without_seam(misfit)};
 }
