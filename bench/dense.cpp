@@ -217,7 +217,7 @@ class Judge {
     cell.is_hidden = cell.is_hidden && !cell.is_shared;
     // The mixtures at rim and tip do not count.
     const double radius_px = (*seen - rig_.upper.settings().centre_px).norm();
-    if (radius_px < 17 || radius_px > rig_.upper.settings().rim_radius_px - 3) cell.is_shared = false;
+    if (radius_px < 25 || radius_px > rig_.upper.settings().rim_radius_px - 3) cell.is_shared = false;
     return cell;
   }
 

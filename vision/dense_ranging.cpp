@@ -30,7 +30,7 @@ constexpr float kLeastTexture = 2;
 // A match that leaves more than this share of the lower view's variance is none.
 const float kWorstMisfit = tune("MF", 0.3F);
 // A disparity that is less certain is no range.
-constexpr float kWorstSigma_px = 1;
+const float kWorstSigma_px = tune("WO", 2);
 
 /// Returns the function of the sum r + g + b (0 to 765) that gives noise a standard deviation of 1.
 std::vector<float> stabilised(const NoiseModel& noise) {

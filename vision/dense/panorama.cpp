@@ -13,8 +13,8 @@
 namespace twocone::vision {
 namespace {
 
-// Nearer to the tip, a pixel spans more than 3.5 degrees of azimuth, and the mirror shows the camera itself.
-constexpr double kInnermost_px = 16;
+// Nearer to the tip, a pixel spans more than 2.4 degrees of azimuth, and the mirror shows the camera itself.
+constexpr double kInnermost_px = 24;
 // Pixels nearer to the rim's circle than this are mixtures with what is beyond it, by interpolation and by a blurred lens.
 constexpr double kMixedRim_px = 2;
 // Beyond this elevation one circle of the image would be very many steps of slope.
@@ -68,7 +68,7 @@ PanoramaGrid grid_of(const Rig& rig, int azimuths) {
   const double middle_px = rig.lower.settings().rim_radius_px / 2;
   const double step = std::tan(elevation_rad(rig.lower, middle_px + 0.5)) -
                       std::tan(elevation_rad(rig.lower, middle_px - 0.5));
-  const int slopes = 2 * static_cast<int>(std::ceil((std::tan(high_rad) - std::tan(low_rad)) / step / 2));
+  const int slopes = 2 * static_cast<int>(std::floor((std::tan(high_rad) - std::tan(low_rad)) / step / 2));
   return {azimuths, slopes, std::tan(low_rad), step};
 }
 

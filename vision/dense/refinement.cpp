@@ -17,7 +17,7 @@ namespace {
 // A window reaches this far to either side: 9 slopes x 7 azimuths.
 const int kSlopeReach = (int)tune("WS", 4);
 const int kAzimuthReach = (int)tune("WA", 3);
-const int kRounds = (int)tune("RO", 2);
+const int kRounds = (int)tune("RO", 3);
 // Disparities that differ by more belong to other surfaces. The floor changes by 0.8 px from slope to slope.
 const float kSame_px = tune("SP", 7);
 // A correction of one round is at most this.
@@ -29,7 +29,8 @@ constexpr float kGradientNoise = 0.5F;
 // Error of a disparity by interpolation, blur and what windows mix.
 const float kFloor_px = tune("FL", 0.05F);
 // Residuals that are no noise are alike over so many pixels of a window.
-const float kAlike = tune("AL", 2);
+const float kAlike = tune("AL", 4);
+const float kSpread = tune("SD", 0.25F);
 // Fewer pixels are no window.
 constexpr float kLeastPixels = 8;
 
@@ -84,7 +85,8 @@ class MatchedRows {
 
 /// What the window of a pixel says.
 struct Fit {
-  float mean_px;        ///< of the window's disparities
+  float mean_px;        ///< of the window's disparities, less that of its middle
+  float spread_px2;     ///< variance of the window's disparities about a slanted plane
   float correction_px;  ///< of that mean
   float net;            ///< sum of squared gradients without what a gain explains
   float residual;       ///< variance that the fit leaves
@@ -108,7 +110,10 @@ Fit fit(const WindowSums& sums, std::size_t i) {
   const float net = std::max(0.F, gg - ug * ug / (uu + kGainWeight));
   const float pull = gr - ur * ug / (uu + kGainWeight);
   const float damped = net + kGradientNoise * n;
-  return {at(WindowSums::kD) / n,
+  const float mean = at(WindowSums::kD) / n;
+  const float slant = at(WindowSums::kDk) / std::max(at(WindowSums::kKk), 1.F);
+  return {mean,
+          std::max(0.F, at(WindowSums::kDd) / n - mean * mean - slant * at(WindowSums::kDk) / n),
           -std::clamp(pull / damped, -kMost_px, kMost_px),
           net,
           std::max(0.F, rr - ur * ur / (uu + kGainWeight) - (net > 0 ? pull * pull / net : 0)) / n,
@@ -145,7 +150,7 @@ RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, con
         const float n = sums.of[WindowSums::kN][std::size_t(i)];
         if (n < kLeastPixels) continue;
         const Fit of = fit(sums, std::size_t(i));
-        d[i] = of.mean_px + of.correction_px;
+        d[i] += of.mean_px + of.correction_px;
         if (!is_last) continue;
         const float noise = kGradientNoise * n;
         const float expected = 1 + of.gain * of.gain;
@@ -156,7 +161,7 @@ RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, con
         if (of.net > noise) {
           const float variance = expected + kAlike * std::max(0.F, of.residual - expected);
           sigma.at<float>(a, i) = std::sqrt(variance / ((of.net - noise) * width) + kFloor_px * kFloor_px +
-                                            of.correction_px * of.correction_px);
+                                            of.correction_px * of.correction_px + kSpread * of.spread_px2);
         }
       }
     }

@@ -76,10 +76,12 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
   for (std::size_t i = 0; i < width; i += hn::Lanes(tag)) {
     const auto middle = hn::LoadU(tag, here + i);
     auto n = zero, d = zero, u = zero, g = zero, r = zero;
+    auto dd = zero, dk = zero, kk = zero;
     auto uu = zero, ug = zero, gg = zero, ur = zero, gr = zero, rr = zero;
     for (const MatchedRow& row : rows) {
       for (std::ptrdiff_t by = -most; by <= most; ++by) {
         const std::ptrdiff_t at = std::ptrdiff_t(i) + by;
+        const auto offset = hn::Set(tag, static_cast<float>(by));
         const auto its_d = hn::LoadU(tag, row.disparity + at);
         const auto its_u = hn::LoadU(tag, row.u + at);
         const auto its_g = hn::LoadU(tag, row.g + at);
@@ -91,7 +93,12 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
         const auto wg = hn::Mul(w, its_g);
         const auto wr = hn::Mul(w, its_r);
         n = hn::Add(n, w);
-        d = hn::MulAdd(w, its_d, d);
+        const auto off = hn::Sub(its_d, middle);
+        const auto wd = hn::Mul(w, off);
+        d = hn::Add(d, wd);
+        dd = hn::MulAdd(wd, off, dd);
+        dk = hn::MulAdd(wd, offset, dk);
+        kk = hn::MulAdd(hn::Mul(w, offset), offset, kk);
         u = hn::Add(u, wu);
         g = hn::Add(g, wg);
         r = hn::Add(r, wr);
@@ -115,6 +122,9 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
     put(WindowSums::kUr, ur);
     put(WindowSums::kGr, gr);
     put(WindowSums::kRr, rr);
+    put(WindowSums::kDd, dd);
+    put(WindowSums::kDk, dk);
+    put(WindowSums::kKk, kk);
   }
 }
 

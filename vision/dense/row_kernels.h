@@ -40,9 +40,11 @@ struct MatchedRow {
   static constexpr std::size_t kMargin = 64;
   const float *u, *g, *r, *disparity, *weight;
 };
-/// Weighted sums over the windows of a row's pixels: of weight, disparity, u, g, r, uu, ug, gg, ur, gr, rr.
+/// Weighted sums over the windows of a row's pixels: of weight, disparity d less
+/// that of the middle, u, g, r, uu, ug, gg, ur, gr, rr, dd, and with
+/// the offset k along the row: dk, kk.
 struct WindowSums {
-  enum Sum : std::size_t { kN, kD, kU, kG, kR, kUu, kUg, kGg, kUr, kGr, kRr, kSums };
+  enum Sum : std::size_t { kN, kD, kU, kG, kR, kUu, kUg, kGg, kUr, kGr, kRr, kDd, kDk, kKk, kSums };
   std::array<std::vector<float>, kSums> of;
   explicit WindowSums(std::size_t width) {
     for (auto& sum : of) sum.assign(width + MatchedRow::kMargin, 0);
