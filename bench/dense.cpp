@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -57,11 +58,13 @@ struct Options {
   int repeats = 5;
 };
 
-// Fixed beforehand. Textured: somewhere in a window of 9 slopes x 7 azimuths the noise-free gradient along the radius is
-// at least 3 sigma of its noise. Plain: nowhere 1 sigma.
+// Fixed beforehand. Textured: somewhere in a window of 9 slopes x 7 azimuths the noise-free gradient along the radius
+// is at least 3 sigma of its noise. Plain: nowhere 1 sigma.
 constexpr double kTextured = 3;
 constexpr double kPlain = 1;
 const cv::Size kWindow(9, 7);
+// A surface continues where the range changes by no more than this share within the window.
+constexpr double kSameSurface = 0.05;
 // A point is seen by the upper view if that view's ray meets something within this share of the distance.
 constexpr double kSameDistance = 0.02;
 
@@ -79,12 +82,13 @@ double median(std::vector<double> values) {
 }
 
 struct Shot {
-  cv::Mat clean;    // CV_32FC3, linear light
-  cv::Mat rgb;      // as the camera delivers it
+  cv::Mat clean;  // CV_32FC3, linear light
+  cv::Mat rgb;    // as the camera delivers it
   PixelTruth truth;
 };
 
-Shot shot(const NativeView& view, const std::string& pose, const Options& options, double gain, std::mt19937_64& random) {
+Shot shot(const NativeView& view, const std::string& pose, const Options& options, double gain,
+          std::mt19937_64& random) {
   Image image{view.width_px(), view.height_px(), PixelFormat::kRgb8,
               Bytes(std::vector<std::uint8_t>(3 * std::size_t(view.width_px() * view.height_px())))};
   Shot shot;
@@ -202,7 +206,7 @@ class Judge {
       greatest_m = std::max(greatest_m, range_m);
     }
     cell.range_m = 1 / inverse;
-    cell.is_known = !cell.is_own && greatest_m < 1.05 * least_m;
+    cell.is_known = !cell.is_own && greatest_m < (1 + kSameSurface) * least_m;
     if (!cell.is_known) return cell;
     const auto seen = rig_.upper.project(mean);
     if (!seen) return cell;
@@ -221,14 +225,37 @@ class Judge {
     return cell;
   }
 
-  // The greatest gradient along the radius in the window of each cell, in sigmas of its noise.
-  cv::Mat contrast(const Shot& lower) const {
+  // The greatest gradient along the radius, in sigmas of its noise, of what each cell shows: in its window, where the
+  // same surface continues. The outline of a nearer thing is no texture of what is behind it.
+  cv::Mat contrast(const Shot& lower, const std::vector<CellTruth>& truths) const {
     const cv::Mat level = ranging_.panorama(Side::kLower, in_sigmas(lower.clean, options_));
-    cv::Mat gradient;
-    cv::filter2D(level, gradient, CV_32F, cv::Mat(cv::Mat_<float>({1, 3}, {-0.5F, 0, 0.5F})));
-    cv::Mat greatest;
-    cv::dilate(cv::abs(gradient), greatest, cv::Mat::ones(kWindow.height, kWindow.width, CV_8U));
-    return greatest * std::sqrt(2.0);
+    const int azimuths = level.rows;
+    const int slopes = level.cols;
+    cv::Mat greatest(level.size(), CV_32F, cv::Scalar(0));
+    const auto truth = [&](int a, int i) -> const CellTruth& {
+      return truths[std::size_t((a + azimuths) % azimuths) * std::size_t(slopes) + std::size_t(i)];
+    };
+    const auto continues = [](const CellTruth& one, const CellTruth& other) {
+      return other.is_known && std::abs(other.range_m - one.range_m) < kSameSurface * one.range_m;
+    };
+    for (int a = 0; a < azimuths; ++a) {
+      for (int i = 0; i < slopes; ++i) {
+        const CellTruth& here = truth(a, i);
+        if (!here.is_known) continue;
+        for (int k = a - kWindow.height / 2; k <= a + kWindow.height / 2; ++k) {
+          const auto* row = level.ptr<float>((k + azimuths) % azimuths);
+          for (int j = std::max(1, i - kWindow.width / 2); j <= std::min(slopes - 2, i + kWindow.width / 2); ++j) {
+            if (!continues(here, truth(k, j - 1)) || !continues(here, truth(k, j)) ||
+                !continues(here, truth(k, j + 1))) {
+              continue;
+            }
+            const float gradient = std::abs(row[j + 1] - row[j - 1]) / std::numbers::sqrt2_v<float>;
+            greatest.at<float>(a, i) = std::max(greatest.at<float>(a, i), gradient);
+          }
+        }
+      }
+    }
+    return greatest;
   }
 
  private:
@@ -307,8 +334,8 @@ cv::Mat of_opencv(const cv::Mat& lower, const cv::Mat& upper, int greatest_px) {
   cv::copyMakeBorder(lower, left, 0, 0, disparities, 0, cv::BORDER_CONSTANT);
   cv::copyMakeBorder(upper, right, 0, 0, disparities, 0, cv::BORDER_CONSTANT);
   constexpr int kBlock = 5;
-  const auto matcher = cv::StereoSGBM::create(0, disparities, kBlock, 8 * kBlock * kBlock, 32 * kBlock * kBlock, 1, 0, 10,
-                                              50, 2, cv::StereoSGBM::MODE_SGBM);
+  const auto matcher = cv::StereoSGBM::create(0, disparities, kBlock, 8 * kBlock * kBlock, 32 * kBlock * kBlock, 1, 0,
+                                              10, 50, 2, cv::StereoSGBM::MODE_SGBM);
   cv::Mat disparity;
   matcher->compute(left, right, disparity);
   cv::Mat px;
@@ -331,12 +358,24 @@ cv::Mat painted(const RangeImage& image, const cv::Mat& panorama) {
         case DenseVerdict::kOk:
           colour = cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(255 / std::max(1.F, image.range_m.at<float>(a, i))));
           break;
-        case DenseVerdict::kNoTexture: colour = {80, 0, 0}; break;
-        case DenseVerdict::kOccluded: colour = {0, 0, 160}; break;
-        case DenseVerdict::kRepeated: colour = {0, 160, 160}; break;
-        case DenseVerdict::kBeyondLimit: colour = {160, 0, 160}; break;
-        case DenseVerdict::kNotShared: colour = {0, 80, 0}; break;
-        case DenseVerdict::kOwnBody: colour = {0, 0, 0}; break;
+        case DenseVerdict::kNoTexture:
+          colour = {80, 0, 0};
+          break;
+        case DenseVerdict::kOccluded:
+          colour = {0, 0, 160};
+          break;
+        case DenseVerdict::kRepeated:
+          colour = {0, 160, 160};
+          break;
+        case DenseVerdict::kBeyondLimit:
+          colour = {160, 0, 160};
+          break;
+        case DenseVerdict::kNotShared:
+          colour = {0, 80, 0};
+          break;
+        case DenseVerdict::kOwnBody:
+          colour = {0, 0, 0};
+          break;
       }
       shown.at<cv::Vec3b>(a, i) = colour;
     }
@@ -355,8 +394,10 @@ nlohmann::json measured(const std::string& file, const Options& options) {
   if (!scene.obstacle().empty()) throw std::runtime_error(scene.obstacle());
   const Rig rig = config::to_rig(robot);
   const cv::Size size(options.size.width_px, options.size.height_px);
-  const DenseRanging ranging(vision::UncertainRig(rig), size, {.azimuths = options.azimuths, .nearest_m = options.nearest_m});
-  const DenseRanging half(vision::UncertainRig(rig), size, {.azimuths = options.azimuths / 2, .nearest_m = options.nearest_m});
+  const DenseRanging ranging(vision::UncertainRig(rig), size,
+                             {.azimuths = options.azimuths, .nearest_m = options.nearest_m});
+  const DenseRanging half(vision::UncertainRig(rig), size,
+                          {.azimuths = options.azimuths / 2, .nearest_m = options.nearest_m});
   const Judge judge(rig, ranging, options);
   std::mt19937_64 random(options.seed);
   Score ours;
@@ -367,7 +408,7 @@ nlohmann::json measured(const std::string& file, const Options& options) {
   const auto& grid = ranging.grid();
   const double behind_m = rig.lower.settings().cone.lens_to_tip_m * std::sin(rig.lower.settings().cone.apex_rad);
   const double px_m = rig.mirror_separation_m() / grid.slope_step;
-  FILE* dump = std::getenv("DUMP") ? std::fopen(std::getenv("DUMP"), "w") : nullptr;
+
   const int greatest_px = static_cast<int>(px_m / (options.nearest_m + behind_m));
   const auto disparity_px = [&](double range_m) { return px_m / (range_m + behind_m); };
   for (int k = 0; k < options.poses; ++k) {
@@ -383,21 +424,22 @@ nlohmann::json measured(const std::string& file, const Options& options) {
       static_cast<void>(half.measure(lower.rgb, upper.rgb));
       half_s.push_back(processor_s() - begin);
     }
-    const cv::Mat contrast = judge.contrast(lower);
+    std::vector<CellTruth> truths;
+    for (int a = 0; a < grid.azimuths; ++a) {
+      for (int i = 0; i < grid.slopes; ++i) truths.push_back(judge.truth(lower, upper, a, i));
+    }
+    const cv::Mat contrast = judge.contrast(lower, truths);
     cv::Mat opencv;
     for (int r = 0; r < options.repeats; ++r) {
       const double begin = processor_s();
-      opencv = of_opencv(ranging.panorama(Side::kLower, grey(lower.rgb)), ranging.panorama(Side::kUpper, grey(upper.rgb)),
-                         std::min(greatest_px, grid.slopes));
+      opencv = of_opencv(ranging.panorama(Side::kLower, grey(lower.rgb)),
+                         ranging.panorama(Side::kUpper, grey(upper.rgb)), std::min(greatest_px, grid.slopes));
       their_s.push_back(processor_s() - begin);
     }
     for (int a = 0; a < grid.azimuths; ++a) {
       for (int i = 0; i < grid.slopes; ++i) {
-        const CellTruth truth = judge.truth(lower, upper, a, i);
+        const CellTruth& truth = truths[std::size_t(a) * std::size_t(grid.slopes) + std::size_t(i)];
         if (!truth.is_known) continue;
-        if (dump && truth.is_shared && truth.range_m < options.farthest_m) {
-          fmt::print(dump, "{} {} {} {:.4f} {:.2f} {} {:.4f} {:.3f} {:.3f} {:.3f} {:.4f}\n", k, a, i, truth.range_m, contrast.at<float>(a, i), int(image.verdict.at<std::uint8_t>(a, i)), image.range_m.at<float>(a, i), image.disparity_px.at<float>(a, i), disparity_px(truth.range_m), opencv.at<float>(a, i), image.sigma_m.at<float>(a, i));
-        }
         const double true_px = disparity_px(truth.range_m);
         const bool has = image.verdict_at(a, i) == DenseVerdict::kOk;
         ours.add(truth, contrast.at<float>(a, i), has, image.range_m.at<float>(a, i),
@@ -415,10 +457,14 @@ nlohmann::json measured(const std::string& file, const Options& options) {
                   painted(image, ranging.panorama(Side::kLower, grey(lower.rgb))));
     }
   }
-  nlohmann::json j{{"robot", robot.name},        {"azimuths", grid.azimuths},
-                   {"slopes", grid.slopes},      {"ours", ours.json()},
-                   {"opencv", theirs.json()},    {"ours_ms", 1e3 * median(our_s)},
-                   {"half_ms", 1e3 * median(half_s)}, {"opencv_ms", 1e3 * median(their_s)}};
+  nlohmann::json j{{"robot", robot.name},
+                   {"azimuths", grid.azimuths},
+                   {"slopes", grid.slopes},
+                   {"ours", ours.json()},
+                   {"opencv", theirs.json()},
+                   {"ours_ms", 1e3 * median(our_s)},
+                   {"half_ms", 1e3 * median(half_s)},
+                   {"opencv_ms", 1e3 * median(their_s)}};
   return j;
 }
 

@@ -13,7 +13,6 @@
 #include "vision/dense/panorama.h"
 #include "vision/dense/refinement.h"
 #include "vision/dense/rig_errors.h"
-#include "vision/dense/tune.h"
 #include "vision/method_arguments.h"
 #include "vision/srgb.h"
 #include "vision/triangulation.h"
@@ -28,9 +27,9 @@ constexpr double kLeastNoise_grey = 0.3;
 // thousand (dense_ranging_test.cpp, APlainWallIsUnknown).
 constexpr float kLeastTexture = 2;
 // A match that leaves more than this share of the lower view's variance is none.
-const float kWorstMisfit = tune("MF", 0.3F);
+constexpr float kWorstMisfit = 0.38F;
 // A disparity that is less certain is no range.
-const float kWorstSigma_px = tune("WO", 2);
+constexpr float kWorstSigma_px = 1.5F;
 
 /// Returns the function of the sum r + g + b (0 to 765) that gives noise a standard deviation of 1.
 std::vector<float> stabilised(const NoiseModel& noise) {
@@ -98,8 +97,8 @@ struct DenseRanging::Impl {
         rig_errors(belief, grid, settings.nearest_m) {
     const auto& cone = belief.rig().lower.settings().cone;
     const double behind_m = cone.lens_to_tip_m * std::sin(cone.apex_rad);
-    greatest_px = static_cast<int>(std::ceil(belief.rig().mirror_separation_m() /
-                                             ((settings.nearest_m + behind_m) * grid.slope_step)));
+    greatest_px = static_cast<int>(
+        std::ceil(belief.rig().mirror_separation_m() / ((settings.nearest_m + behind_m) * grid.slope_step)));
   }
 
   /// Where a pixel of the lower view and one of the upper view meet.

@@ -81,7 +81,8 @@ struct RangeImage {
 ///    brightness, less its local mean and over its local deviation, so gain and offset of either camera have no effect;
 ///    where the deviation is that of noise, every disparity costs the same.
 /// 2. A check from the upper view back to the lower one, and of other disparities that match as well.
-/// 3. Least squares at full resolution in a window around each pixel, for a correction of the disparities, a gain and an
+/// 3. Least squares at full resolution in a window around each pixel, for a correction of the disparities, a gain and
+/// an
 ///    offset (Lucas & Kanade 1981). Pixels of the window keep their own disparities, so slanted surfaces are no special
 ///    case.
 /// 4. The two rays of the pixels, by MirrorView, meet in the upright plane of their azimuth.

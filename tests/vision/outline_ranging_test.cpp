@@ -491,6 +491,24 @@ TEST(OutlineRanging, ARivalIsAsLargeAsHalfTheLandmarkAtTheRoomsEnd) {
   }
 }
 
+// Catches adding up single pixels that noise gives a landmark's hue. In a dark room, noise of 8 grey levels gives some
+// per cent of the pixels each hue.
+TEST(OutlineRanging, NoiseIsNoRival) {
+  const auto targets = targets_of_room();
+  const SyntheticRig dark(lab_rig(), {.level = 0.006});
+  const SyntheticScene scene{seen_from(six_landmarks(), {0.13, -0.21}, 0.37), {}, {}};
+  std::mt19937_64 random(1);
+  int rivals = 0;
+  for (int frame = 0; frame < 3; ++frame) {
+    const auto pair = dark.take(scene, {1, 8.0}, random);
+    const OutlineRanging ranging(dark.rig, targets, kImage, kImage);
+    for (const auto& m : ranging.measure(pair.lower, pair.upper)) {
+      rivals += m.verdict == RangeVerdict::kTwoCandidates ? 1 : 0;
+    }
+  }
+  EXPECT_LE(rivals, 1);
+}
+
 // Catches taking the halves of one landmark for two landmarks.
 TEST(OutlineRanging, ALandmarkInHalvesIsOneLandmark) {
   const auto landmarks = six_landmarks();

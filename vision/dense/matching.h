@@ -9,8 +9,8 @@
 
 namespace twocone::vision {
 
-/// How much less sharply across the upper view sees a point than the lower view: its pixel is nearer to the tip, where a
-/// pixel spans more of the circle. The lower view is blurred across by levels, so that both can be compared.
+/// How much less sharply across the upper view sees a point than the lower view: its pixel is nearer to the tip, where
+/// a pixel spans more of the circle. The lower view is blurred across by levels, so that both can be compared.
 class AcrossBlur {
  public:
   /// Standard deviations, in azimuths.

@@ -15,7 +15,8 @@ namespace {
 
 // Nearer to the tip, a pixel spans more than 2.4 degrees of azimuth, and the mirror shows the camera itself.
 constexpr double kInnermost_px = 24;
-// Pixels nearer to the rim's circle than this are mixtures with what is beyond it, by interpolation and by a blurred lens.
+// Pixels nearer to the rim's circle than this are mixtures with what is beyond it, by interpolation and by a blurred
+// lens.
 constexpr double kMixedRim_px = 2;
 // Beyond this elevation one circle of the image would be very many steps of slope.
 constexpr double kSteepest_rad = 75 * std::numbers::pi / 180;
@@ -39,8 +40,7 @@ struct Eye {
 };
 Eye eye_of(const MirrorView& view) {
   const auto& [apex_rad, rim_radius_m, lens_to_tip_m] = view.settings().cone;
-  return {lens_to_tip_m * std::sin(apex_rad),
-          view.settings().lens_height_m + lens_to_tip_m * (1 - std::cos(apex_rad))};
+  return {lens_to_tip_m * std::sin(apex_rad), view.settings().lens_height_m + lens_to_tip_m * (1 - std::cos(apex_rad))};
 }
 
 }  // namespace
@@ -66,8 +66,8 @@ PanoramaGrid grid_of(const Rig& rig, int azimuths) {
               "the mirrors have no elevation in common");
   bad.raise("DenseRanging");
   const double middle_px = rig.lower.settings().rim_radius_px / 2;
-  const double step = std::tan(elevation_rad(rig.lower, middle_px + 0.5)) -
-                      std::tan(elevation_rad(rig.lower, middle_px - 0.5));
+  const double step =
+      std::tan(elevation_rad(rig.lower, middle_px + 0.5)) - std::tan(elevation_rad(rig.lower, middle_px - 0.5));
   const int slopes = 2 * static_cast<int>(std::floor((std::tan(high_rad) - std::tan(low_rad)) / step / 2));
   return {azimuths, slopes, std::tan(low_rad), step};
 }
@@ -94,11 +94,10 @@ PanoramaView::PanoramaView(const MirrorView& view, const PanoramaGrid& grid, dou
       if (!pixel) continue;
       const auto undistorted = view.undistort_px(*pixel);
       const double radius_px = undistorted ? (*undistorted - view.settings().centre_px).norm() : 0;
-      const bool is_inside = pixel->x() >= 1 && pixel->y() >= 1 && pixel->x() <= size.width - 2 &&
-                             pixel->y() <= size.height - 2;
+      const bool is_inside =
+          pixel->x() >= 1 && pixel->y() >= 1 && pixel->x() <= size.width - 2 && pixel->y() <= size.height - 2;
       const auto ray = view.back_project(*pixel);
-      if (!ray || !is_inside || radius_px < kInnermost_px ||
-          radius_px > view.settings().rim_radius_px - kMixedRim_px) {
+      if (!ray || !is_inside || radius_px < kInnermost_px || radius_px > view.settings().rim_radius_px - kMixedRim_px) {
         continue;
       }
       columns.at<float>(azimuth, i) = static_cast<float>(pixel->x());

@@ -9,17 +9,17 @@
 
 #include "vision/dense/panorama.h"
 #include "vision/dense/row_kernels.h"
-#include "vision/dense/tune.h"
 
 namespace twocone::vision {
 namespace {
 
-// A window reaches this far to either side: 9 slopes x 7 azimuths.
-const int kSlopeReach = (int)tune("WS", 4);
-const int kAzimuthReach = (int)tune("WA", 3);
-const int kRounds = (int)tune("RO", 3);
+// A window reaches this far to either side: 13 slopes x 7 azimuths. These and the numbers below were tuned by hand in
+// rooms full of texture (bench/dense.cpp); no test fixes them.
+constexpr int kSlopeReach = 7;
+constexpr int kAzimuthReach = 3;
+constexpr int kRounds = 4;
 // Disparities that differ by more belong to other surfaces. The floor changes by 0.8 px from slope to slope.
-const float kSame_px = tune("SP", 7);
+constexpr float kSame_px = 7;
 // A correction of one round is at most this.
 constexpr float kMost_px = 1;
 // The gain of the upper view over the lower one is 1 within this standard deviation, unless the images say otherwise.
@@ -27,10 +27,12 @@ constexpr float kGainSigma = 0.3F;
 // Variance of a central difference of pixels whose noise has the variance 1.
 constexpr float kGradientNoise = 0.5F;
 // Error of a disparity by interpolation, blur and what windows mix.
-const float kFloor_px = tune("FL", 0.05F);
+constexpr float kFloor_px = 0.05F;
 // Residuals that are no noise are alike over so many pixels of a window.
-const float kAlike = tune("AL", 4);
-const float kSpread = tune("SD", 0.25F);
+constexpr float kAlike = 8;
+// Share of the variance of a window's disparities about a plane that is counted as variance of their mean: at an edge,
+// a window holds disparities of both sides.
+constexpr float kSpread = 0.3F;
 // Fewer pixels are no window.
 constexpr float kLeastPixels = 8;
 
@@ -61,8 +63,8 @@ class MatchedRows {
       const std::size_t k = std::size_t(i) + MatchedRow::kMargin;
       of_match[k] = d[i];
       u[k] = upper[first] + share * (upper[first + 1] - upper[first]);
-      g[k] = gradient_[std::size_t(first)] +
-             share * (gradient_[std::size_t(first) + 1] - gradient_[std::size_t(first)]);
+      g[k] =
+          gradient_[std::size_t(first)] + share * (gradient_[std::size_t(first) + 1] - gradient_[std::size_t(first)]);
       const int level = pair_.blur->level(i, first);
       r[k] = pair_.lower[std::size_t(level)].at<float>(azimuth, i) - u[k];
       weight[k] = matched[i] != 0 && shown[first] != 0 ? 1.F : 0.F;
@@ -85,35 +87,39 @@ class MatchedRows {
 
 /// What the window of a pixel says.
 struct Fit {
-  float mean_px;        ///< of the window's disparities, less that of its middle
+  float mean_px;        ///< of the plane of the window's disparities, at its middle, less the disparity there
   float spread_px2;     ///< variance of the window's disparities about a slanted plane
   float correction_px;  ///< of that mean
   float net;            ///< sum of squared gradients without what a gain explains
   float residual;       ///< variance that the fit leaves
   float gain;
-  float whole;          ///< variance of the lower view
+  float whole;  ///< variance of the lower view
 };
 
 Fit fit(const WindowSums& sums, std::size_t i) {
   const auto at = [&](WindowSums::Sum sum) { return sums.of[sum][i]; };
   const float n = at(WindowSums::kN);
-  const auto centred = [&](WindowSums::Sum product, WindowSums::Sum a, WindowSums::Sum b) {
-    return at(product) - at(a) * at(b) / n;
-  };
   constexpr float kGainWeight = 1 / (kGainSigma * kGainSigma);
-  const float uu = centred(WindowSums::kUu, WindowSums::kU, WindowSums::kU);
-  const float ug = centred(WindowSums::kUg, WindowSums::kU, WindowSums::kG);
-  const float gg = centred(WindowSums::kGg, WindowSums::kG, WindowSums::kG);
-  const float ur = centred(WindowSums::kUr, WindowSums::kU, WindowSums::kR);
-  const float gr = centred(WindowSums::kGr, WindowSums::kG, WindowSums::kR);
-  const float rr = centred(WindowSums::kRr, WindowSums::kR, WindowSums::kR);
+  const float uu = at(WindowSums::kUu);
+  const float ug = at(WindowSums::kUg);
+  const float gg = at(WindowSums::kGg);
+  const float ur = at(WindowSums::kUr);
+  const float gr = at(WindowSums::kGr);
+  const float rr = at(WindowSums::kRr);
   const float net = std::max(0.F, gg - ug * ug / (uu + kGainWeight));
   const float pull = gr - ur * ug / (uu + kGainWeight);
   const float damped = net + kGradientNoise * n;
+  // The plane of the window's disparities, at its middle: where a window is cut off, its mean is not there.
   const float mean = at(WindowSums::kD) / n;
-  const float slant = at(WindowSums::kDk) / std::max(at(WindowSums::kKk), 1.F);
-  return {mean,
-          std::max(0.F, at(WindowSums::kDd) / n - mean * mean - slant * at(WindowSums::kDk) / n),
+  const float mean_offset = at(WindowSums::kK) / n;
+  const float lever = std::max(at(WindowSums::kKk) - mean_offset * at(WindowSums::kK), kLeastPixels);
+  const float tilt = at(WindowSums::kDk) - mean_offset * at(WindowSums::kD);
+  const float explained = tilt * tilt / lever;
+  const float spread = std::max(0.F, at(WindowSums::kDd) / n - mean * mean - explained / n);
+  // A slant that the spread may have made counts less.
+  const float slant = tilt / lever * explained / (explained + 40 * kAlike * spread + 1e-6F);
+  return {mean - slant * mean_offset,
+          spread,
           -std::clamp(pull / damped, -kMost_px, kMost_px),
           net,
           std::max(0.F, rr - ur * ur / (uu + kGainWeight) - (net > 0 ? pull * pull / net : 0)) / n,

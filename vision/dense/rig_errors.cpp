@@ -23,7 +23,8 @@ double node_bearing_rad(int node) { return -std::numbers::pi + 2 * std::numbers:
 double node_inverse(int node, double nearest_m) { return (1 - double(node) / kDistances) / nearest_m; }
 
 /// Returns the horizontal distance at which the rays of two pixels meet in the upright plane of a bearing.
-std::optional<double> meeting_m(const Rig& rig, const Eigen::Vector2d& along, const std::array<Eigen::Vector2d, 2>& px) {
+std::optional<double> meeting_m(const Rig& rig, const Eigen::Vector2d& along,
+                                const std::array<Eigen::Vector2d, 2>& px) {
   std::array<double, 2> height_m{};
   std::array<double, 2> slope{};
   for (const Side side : {Side::kLower, Side::kUpper}) {

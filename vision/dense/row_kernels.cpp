@@ -51,8 +51,7 @@ void PathStep(const Byte* HWY_RESTRICT costs, const Byte* HWY_RESTRICT previous,
   const auto jump = static_cast<Byte>(least + penalties.more);
   const Byte one = penalties.one;
   const std::size_t last = disparities - 1;
-  path[0] = static_cast<Byte>(
-      costs[0] + Least(Least(previous[0], jump), static_cast<Byte>(previous[1] + one)) - least);
+  path[0] = static_cast<Byte>(costs[0] + Least(Least(previous[0], jump), static_cast<Byte>(previous[1] + one)) - least);
   for (std::size_t d = 1; d < last; ++d) {
     const auto below = static_cast<Byte>(previous[d - 1] + one);
     const auto above = static_cast<Byte>(previous[d + 1] + one);
@@ -65,43 +64,45 @@ void PathStep(const Byte* HWY_RESTRICT costs, const Byte* HWY_RESTRICT previous,
       costs[last] + Least(Least(previous[last], jump), static_cast<Byte>(previous[last - 1] + one)) - least);
 }
 
-void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here, std::size_t width,
-                std::size_t reach, float same_px, WindowSums& sums) {
+void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here, std::size_t width, std::size_t reach,
+                float same_px, WindowSums& sums) {
   namespace hn = hwy::HWY_NAMESPACE;
   const hn::CappedTag<float, 16> tag;
   const auto per_px = hn::Set(tag, 1 / same_px);
   const auto one = hn::Set(tag, 1.F);
   const auto zero = hn::Zero(tag);
+  const auto least = hn::Set(tag, 1e-6F);
   const std::ptrdiff_t most = std::ptrdiff_t(reach);
   for (std::size_t i = 0; i < width; i += hn::Lanes(tag)) {
     const auto middle = hn::LoadU(tag, here + i);
-    auto n = zero, d = zero, u = zero, g = zero, r = zero;
-    auto dd = zero, dk = zero, kk = zero;
+    auto n = zero, d = zero, dd = zero, dk = zero, k = zero, kk = zero;
     auto uu = zero, ug = zero, gg = zero, ur = zero, gr = zero, rr = zero;
     for (const MatchedRow& row : rows) {
+      auto row_n = zero, row_u = zero, row_g = zero, row_r = zero;
       for (std::ptrdiff_t by = -most; by <= most; ++by) {
         const std::ptrdiff_t at = std::ptrdiff_t(i) + by;
         const auto offset = hn::Set(tag, static_cast<float>(by));
-        const auto its_d = hn::LoadU(tag, row.disparity + at);
         const auto its_u = hn::LoadU(tag, row.u + at);
         const auto its_g = hn::LoadU(tag, row.g + at);
         const auto its_r = hn::LoadU(tag, row.r + at);
-        const auto apart = hn::Mul(hn::Sub(its_d, middle), per_px);
+        const auto off = hn::Sub(hn::LoadU(tag, row.disparity + at), middle);
+        const auto apart = hn::Mul(off, per_px);
         const auto near = hn::Max(zero, hn::Sub(one, hn::Mul(apart, apart)));
         const auto w = hn::Mul(hn::Mul(near, near), hn::LoadU(tag, row.weight + at));
         const auto wu = hn::Mul(w, its_u);
         const auto wg = hn::Mul(w, its_g);
         const auto wr = hn::Mul(w, its_r);
-        n = hn::Add(n, w);
-        const auto off = hn::Sub(its_d, middle);
         const auto wd = hn::Mul(w, off);
+        const auto wk = hn::Mul(w, offset);
+        row_n = hn::Add(row_n, w);
+        row_u = hn::Add(row_u, wu);
+        row_g = hn::Add(row_g, wg);
+        row_r = hn::Add(row_r, wr);
         d = hn::Add(d, wd);
         dd = hn::MulAdd(wd, off, dd);
         dk = hn::MulAdd(wd, offset, dk);
-        kk = hn::MulAdd(hn::Mul(w, offset), offset, kk);
-        u = hn::Add(u, wu);
-        g = hn::Add(g, wg);
-        r = hn::Add(r, wr);
+        k = hn::Add(k, wk);
+        kk = hn::MulAdd(wk, offset, kk);
         uu = hn::MulAdd(wu, its_u, uu);
         ug = hn::MulAdd(wu, its_g, ug);
         gg = hn::MulAdd(wg, its_g, gg);
@@ -109,13 +110,21 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
         gr = hn::MulAdd(wg, its_r, gr);
         rr = hn::MulAdd(wr, its_r, rr);
       }
+      const auto over_n = hn::Div(one, hn::Max(row_n, least));
+      const auto mean_u = hn::Mul(row_u, over_n);
+      const auto mean_g = hn::Mul(row_g, over_n);
+      const auto mean_r = hn::Mul(row_r, over_n);
+      n = hn::Add(n, row_n);
+      uu = hn::NegMulAdd(row_u, mean_u, uu);
+      ug = hn::NegMulAdd(row_u, mean_g, ug);
+      gg = hn::NegMulAdd(row_g, mean_g, gg);
+      ur = hn::NegMulAdd(row_u, mean_r, ur);
+      gr = hn::NegMulAdd(row_g, mean_r, gr);
+      rr = hn::NegMulAdd(row_r, mean_r, rr);
     }
     const auto put = [&](WindowSums::Sum sum, auto value) HWY_ATTR { hn::StoreU(value, tag, sums.of[sum].data() + i); };
     put(WindowSums::kN, n);
     put(WindowSums::kD, d);
-    put(WindowSums::kU, u);
-    put(WindowSums::kG, g);
-    put(WindowSums::kR, r);
     put(WindowSums::kUu, uu);
     put(WindowSums::kUg, ug);
     put(WindowSums::kGg, gg);
@@ -124,6 +133,7 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
     put(WindowSums::kRr, rr);
     put(WindowSums::kDd, dd);
     put(WindowSums::kDk, dk);
+    put(WindowSums::kK, k);
     put(WindowSums::kKk, kk);
   }
 }

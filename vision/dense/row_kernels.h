@@ -40,11 +40,11 @@ struct MatchedRow {
   static constexpr std::size_t kMargin = 64;
   const float *u, *g, *r, *disparity, *weight;
 };
-/// Weighted sums over the windows of a row's pixels: of weight, disparity d less
-/// that of the middle, u, g, r, uu, ug, gg, ur, gr, rr, dd, and with
-/// the offset k along the row: dk, kk.
+/// Weighted sums over the windows of a row's pixels: of weight, disparity d less that of the window's middle, dd, and
+/// with the offset k along the row dk, k and kk; and of the products of u, g and r less their means in each row of the
+/// window. An edge along the radius, which says nothing of a disparity, changes only those means.
 struct WindowSums {
-  enum Sum : std::size_t { kN, kD, kU, kG, kR, kUu, kUg, kGg, kUr, kGr, kRr, kDd, kDk, kKk, kSums };
+  enum Sum : std::size_t { kN, kD, kDd, kDk, kK, kKk, kUu, kUg, kGg, kUr, kGr, kRr, kSums };
   std::array<std::vector<float>, kSums> of;
   explicit WindowSums(std::size_t width) {
     for (auto& sum : of) sum.assign(width + MatchedRow::kMargin, 0);

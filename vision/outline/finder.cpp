@@ -27,9 +27,10 @@ constexpr double kRimMargin_px = 2.5;
 // The search for the exact top extends this far to either side. Tuned by hand on synthetic images; no test fixes it.
 constexpr double kTopSearch_px = 8;
 
-// Of the eight pixels around one, on the grid that is searched, at least so many must have its colour too. In dark places
-// a camera's noise gives single pixels any hue, and many of them would add up to a landmark. The narrowest line has two
-// neighbours everywhere but at its ends. outline_ranging_test.cpp, NoiseIsNoRival, exercises it but does not fix it.
+// Of the eight pixels around one, on the grid that is searched, at least so many must have its colour too. In dark
+// places a camera's noise gives single pixels any hue, and many of them would add up to a landmark. The narrowest line
+// has two neighbours everywhere but at its ends. outline_ranging_test.cpp, NoiseIsNoRival, exercises it but does not
+// fix it.
 constexpr int kLeastNeighbours = 2;
 
 int neighbours_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, cv::Point at, int stride) {
