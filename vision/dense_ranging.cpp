@@ -23,8 +23,8 @@ namespace {
 // Least deviation of a pixel's mean of r, g and b, in grey levels. Rounding to 8 bits has 0.3 per channel, and where
 // there is no noise it is the same in all of them.
 constexpr double kLeastNoise_grey = 0.3;
-// Texture: the gradient energy of a window over that of noise. That of noise alone exceeds this in one window of a
-// thousand (dense_ranging_test.cpp, APlainWallIsUnknown).
+// Texture: the gradient energy of a window over that of noise. That of noise alone seldom exceeds this
+// (dense_ranging_test.cpp, APlainWallIsUnknown).
 constexpr float kLeastTexture = 2;
 // A match that leaves more than this share of the lower view's variance is none.
 constexpr float kWorstMisfit = 0.38F;
@@ -49,7 +49,7 @@ cv::Mat levels(const cv::Mat& rgb, const std::vector<float>& of_sum) {
   for (int row = 0; row < rgb.rows; ++row) {
     const auto* in = rgb.ptr<std::uint8_t>(row);
     auto* out = level.ptr<float>(row);
-    for (int i = 0; i < rgb.cols; ++i) out[i] = of_sum[std::size_t(in[3 * i] + in[3 * i + 1] + in[3 * i + 2])];
+    for (int i = 0; i < rgb.cols; ++i, in += 3) out[i] = of_sum[std::size_t(in[0] + in[1] + in[2])];
   }
   return level;
 }

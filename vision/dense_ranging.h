@@ -22,7 +22,7 @@ enum class DenseVerdict : std::uint8_t {
   kNotShared,    ///< outside the lower mirror, or the upper mirror does not show what is there at any distance
   kOwnBody,      ///< one of the views shows the robot itself there (DenseSettings::own_body)
   kNoTexture,    ///< the brightness along the radius changes no more than the noise does
-  kOccluded,     ///< the upper view shows something else there: a nearer thing hides what the lower view shows
+  kOccluded,     ///< the upper view shows something else there, as where a nearer thing hides what the lower view shows
   kRepeated,     ///< other ranges match as well, as with the pales of a fence
   kBeyondLimit,  ///< the disparity is less than kMinSigmas of its sigma: farther than the views can measure
 };
@@ -79,21 +79,26 @@ struct RangeImage {
 ///
 /// 1. Semi-global matching (Hirschmueller 2008, four paths) at half the resolution. The cost is the difference of
 ///    brightness, less its local mean and over its local deviation, so gain and offset of either camera have no effect;
-///    where the deviation is that of noise, every disparity costs the same.
+///    where the deviation is that of noise, every disparity costs the same. The upper view shows a point nearer to its
+///    tip, and so less sharply across the radius: the lower view is blurred across by as much.
 /// 2. A check from the upper view back to the lower one, and of other disparities that match as well.
-/// 3. Least squares at full resolution in a window around each pixel, for a correction of the disparities, a gain and
-/// an
-///    offset (Lucas & Kanade 1981). Pixels of the window keep their own disparities, so slanted surfaces are no special
-///    case.
+/// 3. Least squares at full resolution in a window around each pixel, for a correction of the window's disparities, a
+///    gain, and an offset in each azimuth (Lucas & Kanade 1981). Pixels of the window keep their own disparities, so a
+///    slanted surface needs no plane of its own, and count less the more these differ from that of the middle.
 /// 4. The two rays of the pixels, by MirrorView, meet in the upright plane of their azimuth.
+///
+/// A range needs texture along the radius: an upright edge on a plain wall has none. Nearer to a tip than 24 px, a
+/// pixel spans more than 2.4 degrees of azimuth, and nothing is ranged.
 ///
 /// Tilts and offsets of the units are exact in 4. In the resampling they are exact at twice the nearest distance;
 /// elsewhere the pixels of a point differ in azimuth by what parallax the tilts and offsets cause, at most some tenths
 /// of a pixel for 2 degrees.
 ///
-/// Sigma: sigma_D^2 = max(noise of both views, residual of the fit) / sum of squared gradients in the window + a floor
-/// for what the model does not hold (kFloor_px). Then sigma_range = (rho + rho_V)^2 step / s sigma_D, which the rig's
-/// errors add to.
+/// Sigma: sigma_D^2 = (noise of both views + what the fit leaves) / sum of squared gradients in the window + last
+/// correction^2 + a share of the variance of the window's disparities + a floor. Then
+/// sigma_range = (rho + rho_V)^2 step / s sigma_D, which the rig's errors add to. In rooms full of texture, 95 %
+/// intervals hold 93 to 96 % (dense_ranging_test.cpp, bench/dense.cpp). They hold fewer beside the edges of things and
+/// where bars or slats repeat, and there more ranges are wrong.
 ///
 /// Thread-safe: measure() is const and has no state.
 class DenseRanging {

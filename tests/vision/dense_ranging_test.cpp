@@ -293,7 +293,8 @@ TEST(DenseRanging, BlackImagesHaveNoRangeAndAnswersRepeat) {
 /// Returns the nearest thing between two heights along a bearing, by rays at many heights; infinite: none.
 double nearest_m(const TexturedRoom& room, double bearing_rad, double low_m, double high_m) {
   double least_m = INFINITY;
-  for (double height_m = low_m; height_m <= high_m; height_m += 0.01) {
+  for (int step = 0; low_m + 0.01 * step <= high_m; ++step) {
+    const double height_m = low_m + 0.01 * step;
     const Ray ray{{0, 0, height_m}, {std::cos(bearing_rad), std::sin(bearing_rad), 0}};
     const Ray seen = in_world(ray, kPose);
     least_m = std::min(least_m, (room.met(seen) - seen.origin_m).norm());

@@ -491,7 +491,7 @@ TEST(OutlineRanging, ARivalIsAsLargeAsHalfTheLandmarkAtTheRoomsEnd) {
   }
 }
 
-// Catches adding up single pixels that noise gives a landmark's hue. In a dark room, noise of 8 grey levels gives some
+// Catches adding up single pixels that noise gives a landmark's hue. In a dark room, noise of 4 grey levels gives some
 // per cent of the pixels each hue.
 TEST(OutlineRanging, NoiseIsNoRival) {
   const auto targets = targets_of_room();
@@ -500,7 +500,7 @@ TEST(OutlineRanging, NoiseIsNoRival) {
   std::mt19937_64 random(1);
   int rivals = 0;
   for (int frame = 0; frame < 3; ++frame) {
-    const auto pair = dark.take(scene, {1, 8.0}, random);
+    const auto pair = dark.take(scene, {1, 4.0}, random);
     const OutlineRanging ranging(dark.rig, targets, kImage, kImage);
     for (const auto& m : ranging.measure(pair.lower, pair.upper)) {
       rivals += m.verdict == RangeVerdict::kTwoCandidates ? 1 : 0;

@@ -231,7 +231,8 @@ class Matcher {
     }
     for (int i = 0; i < slopes_; ++i) {
       const int d = chosen[std::size_t(i)];
-      const int back = least_at[std::size_t(slopes_ - 1 - i + d)];
+      const int of_upper = slopes_ - 1 - i + d;
+      const int back = least_at[std::size_t(of_upper)];
       unchecked[i] = std::abs(back - d) > 1 ? 255 : 0;
     }
   }

@@ -90,19 +90,21 @@ PanoramaView::PanoramaView(const MirrorView& view, const PanoramaGrid& grid, dou
     for (int i = 0; i < slopes_; ++i) {
       const Eigen::Vector2d place_m = reference_m * along;
       const double height_m = eye.height_m + grid.slope(i) * (reference_m + eye.behind_m);
-      const auto pixel = view.project({place_m.x(), place_m.y(), height_m});
-      if (!pixel) continue;
-      const auto undistorted = view.undistort_px(*pixel);
-      const double radius_px = undistorted ? (*undistorted - view.settings().centre_px).norm() : 0;
+      // Cells beyond the rim and near the tip have rays, too: those of neighbours are interpolated.
+      const auto shown_at = view.project_with_jacobian({place_m.x(), place_m.y(), height_m}, Rim::kGoesOn);
+      if (!shown_at) continue;
+      const Eigen::Vector2d& pixel = shown_at->pixel_px;
+      const auto undistorted = view.undistort_px(pixel);
+      const auto ray = view.back_project(pixel, Rim::kGoesOn);
+      if (!undistorted || !ray) continue;
+      const double radius_px = (*undistorted - view.settings().centre_px).norm();
       const bool is_inside =
-          pixel->x() >= 1 && pixel->y() >= 1 && pixel->x() <= size.width - 2 && pixel->y() <= size.height - 2;
-      const auto ray = view.back_project(*pixel);
-      if (!ray || !is_inside || radius_px < kInnermost_px || radius_px > view.settings().rim_radius_px - kMixedRim_px) {
-        continue;
+          pixel.x() >= 1 && pixel.y() >= 1 && pixel.x() <= size.width - 2 && pixel.y() <= size.height - 2;
+      if (is_inside && radius_px >= kInnermost_px && radius_px <= view.settings().rim_radius_px - kMixedRim_px) {
+        columns.at<float>(azimuth, i) = static_cast<float>(pixel.x());
+        rows.at<float>(azimuth, i) = static_cast<float>(pixel.y());
+        shown.at<std::uint8_t>(azimuth, i) = 255;
       }
-      columns.at<float>(azimuth, i) = static_cast<float>(pixel->x());
-      rows.at<float>(azimuth, i) = static_cast<float>(pixel->y());
-      shown.at<std::uint8_t>(azimuth, i) = 255;
       const Eigen::Vector2d from_m = ray->origin_m.head<2>();
       const double forward = ray->direction.head<2>().dot(along);
       const double slope = ray->direction.z() / forward;
