@@ -17,7 +17,7 @@ namespace {
 // rooms full of texture (bench/dense.cpp); no test fixes them.
 constexpr int kSlopeReach = 7;
 constexpr int kAzimuthReach = 3;
-constexpr int kRounds = 4;
+constexpr int kRounds = 3;
 // Disparities that differ by more belong to other surfaces. The floor changes by 0.8 px from slope to slope.
 constexpr float kSame_px = 7;
 // A correction of one round is at most this.
