@@ -22,6 +22,7 @@
 
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
+#include "base/quantile.h"
 #include "bench/robot_scene.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "tests/support/value.h"
@@ -38,7 +39,6 @@ using testing_support::value;
 using vision::DenseRanging;
 using vision::DenseVerdict;
 using vision::MirrorView;
-using vision::NoiseModel;
 using vision::RangeImage;
 using vision::Rig;
 using vision::Side;
@@ -75,11 +75,8 @@ double processor_s() {
          1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::ranges::nth_element(values, values.begin() + std::ptrdiff_t(values.size() / 2));
-  return values[values.size() / 2];
-}
+// 0 where nothing was ranged.
+double median(const std::vector<double>& values) { return values.empty() ? 0 : base::median(values); }
 
 struct Shot {
   cv::Mat clean;  // CV_32FC3, linear light
@@ -349,33 +346,18 @@ cv::Mat grey(const cv::Mat& rgb) {
   return grey;
 }
 
+// By verdict, b g r. Ranges are grey.
+const std::array<cv::Vec3b, 7> kColours{
+    {{}, {0, 80, 0}, {0, 0, 0}, {80, 0, 0}, {0, 0, 160}, {0, 160, 160}, {160, 0, 160}}};
+
 cv::Mat painted(const RangeImage& image, const cv::Mat& panorama) {
   cv::Mat shown(panorama.size(), CV_8UC3);
   for (int a = 0; a < shown.rows; ++a) {
     for (int i = 0; i < shown.cols; ++i) {
-      cv::Vec3b colour;
-      switch (image.verdict_at(a, i)) {
-        case DenseVerdict::kOk:
-          colour = cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(255 / std::max(1.F, image.range_m.at<float>(a, i))));
-          break;
-        case DenseVerdict::kNoTexture:
-          colour = {80, 0, 0};
-          break;
-        case DenseVerdict::kOccluded:
-          colour = {0, 0, 160};
-          break;
-        case DenseVerdict::kRepeated:
-          colour = {0, 160, 160};
-          break;
-        case DenseVerdict::kBeyondLimit:
-          colour = {160, 0, 160};
-          break;
-        case DenseVerdict::kNotShared:
-          colour = {0, 80, 0};
-          break;
-        case DenseVerdict::kOwnBody:
-          colour = {0, 0, 0};
-          break;
+      const DenseVerdict verdict = image.verdict_at(a, i);
+      cv::Vec3b colour = kColours[std::size_t(verdict)];
+      if (verdict == DenseVerdict::kOk) {
+        colour = cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(255 / std::max(1.F, image.range_m.at<float>(a, i))));
       }
       shown.at<cv::Vec3b>(a, i) = colour;
     }
@@ -408,7 +390,6 @@ nlohmann::json measured(const std::string& file, const Options& options) {
   const auto& grid = ranging.grid();
   const double behind_m = rig.lower.settings().cone.lens_to_tip_m * std::sin(rig.lower.settings().cone.apex_rad);
   const double px_m = rig.mirror_separation_m() / grid.slope_step;
-
   const int greatest_px = static_cast<int>(px_m / (options.nearest_m + behind_m));
   const auto disparity_px = [&](double range_m) { return px_m / (range_m + behind_m); };
   for (int k = 0; k < options.poses; ++k) {

@@ -95,10 +95,8 @@ struct DenseRanging::Impl {
               PanoramaView(belief.rig().upper, grid, 2 * settings.nearest_m, size, settings.own_body[1])},
         blur(views[0].widths_px(), views[1].widths_px()),
         rig_errors(belief, grid, settings.nearest_m) {
-    const auto& cone = belief.rig().lower.settings().cone;
-    const double behind_m = cone.lens_to_tip_m * std::sin(cone.apex_rad);
-    greatest_px = static_cast<int>(
-        std::ceil(belief.rig().mirror_separation_m() / ((settings.nearest_m + behind_m) * grid.slope_step)));
+    const double from_eye_m = settings.nearest_m + eye_of(belief.rig().lower).behind_m;
+    greatest_px = static_cast<int>(std::ceil(belief.rig().mirror_separation_m() / (from_eye_m * grid.slope_step)));
   }
 
   /// Where a pixel of the lower view and one of the upper view meet.

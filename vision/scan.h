@@ -31,8 +31,8 @@ struct ScanSettings {
   double sigmas = 3;    ///< a height counts as outside the two only by so many of its sigmas
 };
 
-/// Returns per beam the nearest thing between two heights. A thing is at least kLeastPixels pixels of the beam, whose
-/// ranges agree: single wrong ranges are usual in a range image.
+/// Returns per beam the nearest thing between two heights. A thing is at least eight pixels of the beam, whose ranges
+/// agree: single wrong ranges are usual in a range image.
 ///
 /// A free beam says only that no *ranged* thing is before its range. What has no texture, and what neither mirror
 /// shows, is not in it: mirrors that do not see the floor say nothing of what is low.

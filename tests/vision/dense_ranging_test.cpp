@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <random>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include "base/quantile.h"
 #include "tests/support/textured_room.h"
 #include "tests/vision/lab_rig.h"
 #include "vision/scan.h"
@@ -76,9 +76,7 @@ struct Score {
   [[nodiscard]] double share_wrong() const { return double(wrong) / ranged; }
   [[nodiscard]] double share_held() const { return double(held) / ranged; }
   [[nodiscard]] double median_px() const {
-    auto sorted = disparity_errors_px;
-    std::ranges::sort(sorted);
-    return sorted.empty() ? INFINITY : sorted[sorted.size() / 2];
+    return disparity_errors_px.empty() ? INFINITY : base::median(disparity_errors_px);
   }
   [[nodiscard]] double mean_relative() const {
     double sum = 0;
@@ -162,8 +160,7 @@ TEST(DenseRanging, SeesTheFloorWithWiderCones) {
     }
   }
   ASSERT_GE(heights_m.size(), 5000U);
-  std::ranges::sort(heights_m);
-  EXPECT_LE(heights_m[heights_m.size() / 2], 0.01);
+  EXPECT_LE(base::median(heights_m), 0.01);
 }
 
 // Catches a cost that compares brightness.

@@ -84,7 +84,10 @@ class Matcher {
     costs_.assign(cells * std::size_t(azimuths_), kOutside);
     fill_costs();
     ascending_.assign(cells * std::size_t(azimuths_), 0);
-    for (int azimuth = 0; azimuth < azimuths_ - kHalfSeam; ++azimuth) across(azimuth, azimuth - 1, ascending_);
+    for (int azimuth = 0; azimuth < azimuths_ - kHalfSeam; ++azimuth) {
+      Byte* const path = &ascending_[cells * std::size_t(azimuth)];
+      step_all(cost(azimuth), azimuth == 0 ? nullptr : path - cells, path);
+    }
     const int inner = azimuths_ - 2 * kHalfSeam;
     MatchedDisparities matched{cv::Mat(inner, slopes_, CV_32F, cv::Scalar(0)),
                                cv::Mat(inner, slopes_, CV_8U, cv::Scalar(0)),
@@ -176,12 +179,6 @@ class Matcher {
       const std::size_t at = std::size_t(i) * std::size_t(stride_);
       step(costs + at, previous + at, out + at);
     }
-  }
-
-  void across(int azimuth, int previous, std::vector<Byte>& paths) {
-    const std::size_t cells = std::size_t(slopes_) * std::size_t(stride_);
-    step_all(cost(azimuth), previous < 0 ? nullptr : &paths[cells * std::size_t(previous)],
-             &paths[cells * std::size_t(azimuth)]);
   }
 
   /// The two paths along the radius.

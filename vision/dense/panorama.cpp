@@ -34,19 +34,15 @@ Elevations elevations_of(const MirrorView& view) {
   return {elevation_rad(view, kInnermost_px), elevation_rad(view, view.settings().rim_radius_px - kMixedRim_px)};
 }
 
-/// The point behind the axis from which an upright view sees the world, in the half-plane of an azimuth (MirrorView).
-struct Eye {
-  double behind_m, height_m;
-};
-Eye eye_of(const MirrorView& view) {
-  const auto& [apex_rad, rim_radius_m, lens_to_tip_m] = view.settings().cone;
-  return {lens_to_tip_m * std::sin(apex_rad), view.settings().lens_height_m + lens_to_tip_m * (1 - std::cos(apex_rad))};
-}
-
 }  // namespace
 
 double PanoramaGrid::bearing_rad(int azimuth) const {
   return -std::numbers::pi + 2 * std::numbers::pi * (azimuth + 0.5) / azimuths;
+}
+
+Eye eye_of(const MirrorView& view) {
+  const auto& [apex_rad, rim_radius_m, lens_to_tip_m] = view.settings().cone;
+  return {lens_to_tip_m * std::sin(apex_rad), view.settings().lens_height_m + lens_to_tip_m * (1 - std::cos(apex_rad))};
 }
 
 PanoramaGrid grid_of(const Rig& rig, int azimuths) {

@@ -22,6 +22,14 @@ struct PlaneRay {
   float height_m, slope, left_m, left_slope;
 };
 
+/// The point behind the axis from which an upright view sees the world, in the half-plane of an azimuth (V of
+/// MirrorView).
+struct Eye {
+  double behind_m;  ///< horizontally, from the view's axis
+  double height_m;  ///< over the floor
+};
+Eye eye_of(const MirrorView& view);
+
 /// Returns the grid of a rig. @throws std::invalid_argument where the mirrors' slopes do not fit a grid
 PanoramaGrid grid_of(const Rig& rig, int azimuths);
 

@@ -33,6 +33,8 @@ constexpr float kAlike = 8;
 // Share of the variance of a window's disparities about a plane that is counted as variance of their mean: at an edge,
 // a window holds disparities of both sides.
 constexpr float kSpread = 0.3F;
+// A slant of the window's plane must explain many times the variance about it before it moves the middle.
+constexpr float kSlantDoubt = 320;
 // Fewer pixels are no window.
 constexpr float kLeastPixels = 8;
 
@@ -117,7 +119,7 @@ Fit fit(const WindowSums& sums, std::size_t i) {
   const float explained = tilt * tilt / lever;
   const float spread = std::max(0.F, at(WindowSums::kDd) / n - mean * mean - explained / n);
   // A slant that the spread may have made counts less.
-  const float slant = tilt / lever * explained / (explained + 40 * kAlike * spread + 1e-6F);
+  const float slant = tilt / lever * explained / (explained + kSlantDoubt * spread + 1e-6F);
   return {mean - slant * mean_offset,
           spread,
           -std::clamp(pull / damped, -kMost_px, kMost_px),

@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// The lines up to HWY_ONCE are compiled once for each instruction set; the compiler vectorises the loops.
+// The lines up to HWY_ONCE are compiled once for each instruction set; the compiler vectorises the plain loops.
 HWY_BEFORE_NAMESPACE();
 namespace twocone::vision::HWY_NAMESPACE {
 namespace {

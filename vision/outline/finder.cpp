@@ -33,16 +33,21 @@ constexpr double kTopSearch_px = 8;
 // fix it.
 constexpr int kLeastNeighbours = 2;
 
+/// Returns whether a pixel has the colour; false outside the image.
+bool has_label(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, cv::Point at) {
+  if (at.x < 0 || at.y < 0 || at.x >= rgb.cols || at.y >= rgb.rows) return false;
+  return table.label(rgb.ptr<std::uint8_t>(at.y) + std::ptrdiff_t(3) * at.x) == label;
+}
+
+/// @param at a pixel of the colour
 int neighbours_of(const cv::Mat& rgb, const ColourTable& table, std::uint8_t label, cv::Point at, int stride) {
-  int neighbours = 0;
+  int alike = 0;
   for (int row = at.y - stride; row <= at.y + stride; row += stride) {
-    if (row < 0 || row >= rgb.rows) continue;
     for (int column = at.x - stride; column <= at.x + stride; column += stride) {
-      if (column < 0 || column >= rgb.cols || (row == at.y && column == at.x)) continue;
-      neighbours += table.label(rgb.ptr<std::uint8_t>(row) + std::ptrdiff_t(3) * column) == label ? 1 : 0;
+      alike += has_label(rgb, table, label, {column, row}) ? 1 : 0;
     }
   }
-  return neighbours;
+  return alike - 1;
 }
 
 struct Run {
@@ -122,10 +127,8 @@ double Finder::refined_top(const cv::Mat& rgb, const ColourTable& table, std::ui
     int hits = 0;
     for (int i = -reach; i <= reach; ++i) {
       const Eigen::Vector2d p = centre_px_ + radius * out + i * across;
-      const int column = static_cast<int>(std::lround(p.x()));
-      const int row = static_cast<int>(std::lround(p.y()));
-      if (column < 0 || row < 0 || column >= rgb.cols || row >= rgb.rows) continue;
-      hits += table.label(rgb.ptr<std::uint8_t>(row) + std::ptrdiff_t(3) * column) == label ? 1 : 0;
+      const cv::Point pixel(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
+      hits += has_label(rgb, table, label, pixel) ? 1 : 0;
     }
     if (2 * hits > 2 * reach + 1) return radius + 0.5;
   }
