@@ -93,7 +93,7 @@ double RigErrorsOfRange::sigma_m(int azimuth, int slope, double along_m) const {
   const Between i = between(double(slope) / (grid_.slopes - 1) * (kSlopes - 1), kSlopes - 1);
   const Between k = between((1 - nearest_m_ / std::max(along_m, nearest_m_)) * kDistances, kDistances - 1);
   const auto at = [&](int azimuth_node, int slope_node, int distance_node) {
-    return double(sigmas_[std::size_t((azimuth_node * kSlopes + slope_node) * kDistances + distance_node)]);
+    return double(sigmas_[std::size_t(azimuth_node * kSlopes + slope_node) * kDistances + std::size_t(distance_node)]);
   };
   const auto along_distance = [&](int x, int y) { return std::lerp(at(x, y, k.first), at(x, y, k.second), k.share); };
   const auto along_slope = [&](int x) {
