@@ -16,6 +16,10 @@
 
 namespace twocone::vision {
 
+/// Nearer to a mirror's tip, a pixel spans more than 2.4 degrees of azimuth, and the mirror shows the camera itself:
+/// nothing is ranged there.
+constexpr double kInnermost_px = 24;
+
 /// The reason why a direction has a range, or has none.
 enum class DenseVerdict : std::uint8_t {
   kOk,
@@ -87,8 +91,7 @@ struct RangeImage {
 ///    slanted surface needs no plane of its own, and count less the more these differ from that of the middle.
 /// 4. The two rays of the pixels, by MirrorView, meet in the upright plane of their azimuth.
 ///
-/// A range needs texture along the radius: an upright edge on a plain wall has none. Nearer to a tip than 24 px, a
-/// pixel spans more than 2.4 degrees of azimuth, and nothing is ranged.
+/// A range needs texture along the radius: an upright edge on a plain wall has none.
 ///
 /// Tilts and offsets of the units are exact in 4. In the resampling they are exact at twice the nearest distance;
 /// elsewhere the pixels of a point differ in azimuth by what parallax the tilts and offsets cause, at most some tenths

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "apps/config/map_file.h"
@@ -125,5 +126,9 @@ Files files_in(const std::filesystem::path& folder);
 /// @throws BadPlan: the plan's map has no scene, or the scene's robot or landmarks cannot be left out
 /// @throws std::runtime_error: a file cannot be read or written
 Files write(const AsBuilt& drawn, const std::filesystem::path& folder);
+
+/// Returns the text about the robot `drawn.built`, its two cameras and the landmarks, for the end of a scene, as
+/// write() has it. It depends on no declaration and no #default of that scene.
+std::string scene_text(const AsBuilt& drawn);
 
 }  // namespace twocone::as_built

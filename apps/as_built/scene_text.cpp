@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/as_built/parts.h"
+#include "apps/as_built/as_built.h"
 #include "vision/bands/band_code.h"
 
 namespace twocone::as_built {

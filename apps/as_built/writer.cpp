@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "apps/as_built/as_built.h"
-#include "apps/as_built/parts.h"
 #include "apps/runlog/storage/disk.h"
 #include "drivers/sim_povray/scene_geometry.h"
 

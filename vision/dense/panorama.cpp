@@ -13,8 +13,6 @@
 namespace twocone::vision {
 namespace {
 
-// Nearer to the tip, a pixel spans more than 2.4 degrees of azimuth, and the mirror shows the camera itself.
-constexpr double kInnermost_px = 24;
 // Pixels nearer to the rim's circle than this are mixtures with what is beyond it, by interpolation and by a blurred
 // lens.
 constexpr double kMixedRim_px = 2;

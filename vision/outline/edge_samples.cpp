@@ -146,7 +146,7 @@ struct Wedge {
   double sag;            ///< how much nearer to the tip a circle round it is at its sides, as a share of the distance
 };
 Wedge wedge_of(const Outline& outline) {
-  const Eigen::Vector2d near_px = outline.near().pixel_px - outline.tip_px;
+  const Eigen::Vector2d near_px = outline.near.pixel_px - outline.tip_px;
   const double half_px = outline.vertices[Outline::kSideSegments].chord_px / 2;
   const Eigen::Vector2d side_px = outline.vertices[Outline::kSideSegments].pixel_px - outline.tip_px;
   const Eigen::Vector2d axis = near_px.normalized();
@@ -490,7 +490,7 @@ void read_edge_samples(const cv::Mat& rgb, const ColourTable& table, const Surfa
   edge_samples.clear();
   const Reader reader(rgb, table, surface, wedge_of(outline), reach);
   const Eigen::Vector2d middle =
-      (outline.vertices.front().pixel_px + outline.vertices.back().pixel_px + outline.near().pixel_px) / 3;
+      (outline.vertices.front().pixel_px + outline.vertices.back().pixel_px + outline.near.pixel_px) / 3;
   std::vector<Crossing> crossings;
   crossings.reserve(1024 / std::size_t(stride));
   const Eigen::Vector2d across = outline.across();

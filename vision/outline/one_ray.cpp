@@ -150,8 +150,8 @@ Moments moments_on(const Grid& grid, const std::vector<Statement>& statements, S
 }  // namespace
 
 std::optional<OneRayFits> fit_one_ray(const EdgeSamples& read, const OutlineFit& fit) {
-  const Eigen::Vector2d per_px(1 / fit.outline.near().by_range_pxpm.norm(),
-                               1 / fit.outline.near().by_bearing_pxprad.norm());
+  const Eigen::Vector2d per_px(1 / fit.outline.near.by_range_pxpm.norm(),
+                               1 / fit.outline.near.by_bearing_pxprad.norm());
   OneRayFits fits;
   std::vector<Statement> statements;
   statements.reserve(read.pixels.size());

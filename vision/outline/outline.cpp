@@ -2,7 +2,9 @@
 #include "vision/outline/outline_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,10 +21,11 @@ constexpr double kBearingStep_rad = 1e-5;
 constexpr double kWidthStep = 1e-4;  // share of the radius
 constexpr double kHeightStep_m = 1e-5;
 
-/// A place on a cylinder's surface that faces the view: its height, and its turn from the near side as a share of the
-/// turn of a side, -1 to 1.
+/// A place on a cylinder's surface: its height, and its turn from the middle of the side that faces the view, or from
+/// that of the far side, as a share of the turn to where planes through the view's axis touch it, -1 to 1.
 struct Place {
   double turn, height_m;
+  bool is_far = false;
 };
 using Pixels = std::vector<Eigen::Vector2d>;
 
@@ -38,8 +41,8 @@ bool project(const MirrorView& view, const Cylinder& c, std::span<const Place> p
   const double tangent_rad = std::acos(c.radius_m / distance_m);
 
   pixels.clear();
-  for (const auto& [turn, height_m] : places) {
-    const double angle_rad = tangent_rad * turn;
+  for (const auto& [turn, height_m, is_far] : places) {
+    const double angle_rad = is_far ? std::numbers::pi - (std::numbers::pi - tangent_rad) * turn : tangent_rad * turn;
     const Eigen::Vector2d p =
         place_m - away * (c.radius_m * std::cos(angle_rad)) + across * (c.radius_m * std::sin(angle_rad));
     if (rim == Rim::kEnds) {
@@ -56,19 +59,21 @@ bool project(const MirrorView& view, const Cylinder& c, std::span<const Place> p
 }
 
 /// The places of a chain: up one side, along the rim, down the other side. The sides begin at the height `bottom_m`.
-std::vector<Place> chain_of(const Cylinder& c, double bottom_m) {
+std::vector<Place> chain_of(const Cylinder& c, double bottom_m, bool is_far_rim) {
   std::vector<Place> places;
   places.reserve(Outline::kVertices);
   const auto side_height = [&](int i) { return bottom_m + (c.top_m - bottom_m) * i / Outline::kSideSegments; };
   for (int i = 0; i < Outline::kSideSegments; ++i) places.push_back({-1, side_height(i)});
-  for (int i = 0; i <= Outline::kArcSegments; ++i) places.push_back({2.0 * i / Outline::kArcSegments - 1, c.top_m});
+  for (int i = 0; i <= Outline::kArcSegments; ++i) {
+    places.push_back({2.0 * i / Outline::kArcSegments - 1, c.top_m, is_far_rim});
+  }
   for (int i = Outline::kSideSegments - 1; i >= 0; --i) places.push_back({1, side_height(i)});
   return places;
 }
 
 /// Computes vertices, but for what depends on their neighbours. Returns false where the view does not show them.
 bool make_vertices(const MirrorView& view, const Cylinder& cylinder, std::span<const Place> places, Rim rim,
-                   const Eigen::Vector2d* near_px, std::span<Outline::Vertex> vertices) {
+                   const Eigen::Vector2d& near_px, std::span<Outline::Vertex> vertices) {
   Pixels here;
   Pixels farther;
   Pixels turned;
@@ -101,7 +106,7 @@ bool make_vertices(const MirrorView& view, const Cylinder& cylinder, std::span<c
     v.by_range_pxpm = (farther[k] - here[k]) / range_step_m;
     v.by_bearing_pxprad = (turned[k] - here[k]) / kBearingStep_rad;
     v.by_width_px = (wider[k] - here[k]) / kWidthStep;
-    const Eigen::Vector2d from_near = here[k] - (near_px != nullptr ? *near_px : here[Outline::kNear]);
+    const Eigen::Vector2d from_near = here[k] - near_px;
     v.by_lean_px = {-from_near.y(), from_near.x()};
     v.bulge_px.setZero();
   }
@@ -130,12 +135,22 @@ std::optional<double> height_at(const MirrorView& view, const Cylinder& c, doubl
   return std::max(0.0, ray->origin_m.z() + way * ray->direction.z());
 }
 
+/// Returns whether the view looks down at the top: the far side of its rim is then farther out in the image than the
+/// near one. Where the view does not show one of the two, it looks up.
+bool looks_down_at_top(const MirrorView& view, const Cylinder& cylinder) {
+  Pixels of_both;
+  const std::array places{Place{0, cylinder.top_m}, Place{0, cylinder.top_m, true}};
+  if (!project(view, cylinder, places, Rim::kGoesOn, of_both)) return false;
+  const auto radius_px = [&](const Eigen::Vector2d& pixel) { return (pixel - view.settings().centre_px).norm(); };
+  return radius_px(of_both[1]) > radius_px(of_both[0]);
+}
+
 /// The edges of the bands that the view shows.
 class BandStrands {
  public:
   /// @param bottom_m height at which the sides begin
   BandStrands(const MirrorView& view, const Cylinder& cylinder, double bottom_m, const Outline& outline)
-      : view_(view), cylinder_(cylinder), bottom_m_(bottom_m), near_px_(outline.near().pixel_px) {
+      : view_(view), cylinder_(cylinder), bottom_m_(bottom_m), near_px_(outline.near.pixel_px) {
     const BandCells cells = band_cells(cylinder.bands->number);
     const double top_m = cylinder.top_m + double(kCellsOverLine) * cylinder.bands->cell_m;
     // Bands from the top down: where each begins, and where the last ends.
@@ -177,7 +192,7 @@ class BandStrands {
                         .vertices = std::vector<Outline::Vertex>(places.size()),
                         .inside = {*under_px, *at_px, is_light_under},
                         .outside = Outline::Band{*at_px, *over_px, !is_light_under}};
-    if (!make_vertices(view_, cylinder_, places, Rim::kEnds, &near_px_, arc.vertices)) return;
+    if (!make_vertices(view_, cylinder_, places, Rim::kEnds, near_px_, arc.vertices)) return;
     bend(arc.vertices, 0, kSegments);
     const double chord_px = (arc.vertices.back().pixel_px - arc.vertices.front().pixel_px).norm() / kArcShare;
     for (Outline::Vertex& v : arc.vertices) {
@@ -199,7 +214,7 @@ class BandStrands {
                            .inside = {*lower_px, *upper_px, is_light},
                            .outside = std::nullopt};
     Pixels opposite;
-    if (!make_vertices(view_, cylinder_, own, Rim::kEnds, &near_px_, strand.vertices) ||
+    if (!make_vertices(view_, cylinder_, own, Rim::kEnds, near_px_, strand.vertices) ||
         !project(view_, cylinder_, other, Rim::kEnds, opposite)) {
       return;
     }
@@ -229,7 +244,14 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
   outline.tip_px = view.settings().centre_px;
   // The line of bands may lie beyond the rim, and bands below it be seen.
   const Rim rim = cylinder.bands ? Rim::kGoesOn : Rim::kEnds;
-  if (!make_vertices(view, cylinder, chain_of(cylinder, *bottom_m), rim, nullptr, outline.vertices)) {
+  // The line of bands is on the side that faces the view, wherever the view is.
+  const bool is_far_rim = !cylinder.bands && looks_down_at_top(view, cylinder);
+  const Place near{0, cylinder.top_m};
+  Pixels near_px;
+  if (!project(view, cylinder, {&near, 1}, rim, near_px) ||
+      !make_vertices(view, cylinder, {&near, 1}, rim, near_px.front(), {&outline.near, 1}) ||
+      !make_vertices(view, cylinder, chain_of(cylinder, *bottom_m, is_far_rim), rim, near_px.front(),
+                     outline.vertices)) {
     return std::nullopt;
   }
   for (int i = 0; i < Outline::kVertices; ++i) {

@@ -47,8 +47,8 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   constexpr double kCertain = 1e12;
   const Eigen::Vector3d prior = (doubts.array() > 0).select(doubts.array().square().inverse(), kCertain);
   const double rim_px = outline.vertices[Outline::kSideSegments].chord_px;
-  const double range_px = outline.near().by_range_pxpm.norm();
-  const double bearing_px = outline.near().by_bearing_pxprad.norm();
+  const double range_px = outline.near.by_range_pxpm.norm();
+  const double bearing_px = outline.near.by_bearing_pxprad.norm();
   Unknowns unknown;
   unknown << 0, 0, limits.least_blur_px, 0, 0, 0;
   OutlineFit fit;
@@ -166,7 +166,7 @@ std::optional<OutlineFit> fit_outline(const EdgeSamples& read, const Cylinder& c
   // The equations' right side for rows whose bearing differs by their distance from the near point's. The answer is the
   // row that the fitted bearing is of: where the sides may lean, they do so, and the bearing changes less.
   Unknowns by_rows = Unknowns::Zero();
-  const double near_row = outline.near().pixel_px.y();
+  const double near_row = outline.near.pixel_px.y();
   double previous = 0;
   double before = 0;
   int arc_samples = 0;

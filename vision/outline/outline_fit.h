@@ -45,8 +45,9 @@ struct Cylinder {
   }
 };
 
-/// The edge of a cylinder in a view's image: up one side, over the near rim of the top, down the other side. It is a
-/// chain of vertices, each with its derivatives by the cylinder's range and bearing.
+/// The edge of a cylinder in a view's image: up one side, along the rim of the top, down the other side. It is a chain
+/// of vertices, each with its derivatives by the cylinder's range and bearing. A view that looks up at the top shows
+/// the near half of its rim, one that looks down shows the far half.
 ///
 /// The sides are where planes through the view's axis touch the cylinder; they meet the rim's arc without a corner.
 /// Between vertices the chain is a parabola (`bulge_px` at its middle), computed from the neighbouring vertices: the
@@ -59,7 +60,7 @@ struct Outline {
   static constexpr int kSideSegments = 3;
   static constexpr int kArcSegments = 24;
   static constexpr int kVertices = 2 * kSideSegments + kArcSegments + 1;
-  static constexpr int kNear = kSideSegments + kArcSegments / 2;  ///< index of the near point
+  static constexpr int kMiddle = kSideSegments + kArcSegments / 2;  ///< index of the arc's middle
 
   enum Part : std::int8_t { kLeft, kArc, kRight };
   struct Vertex {
@@ -75,6 +76,7 @@ struct Outline {
     double width_px;                 ///< the same on the sides, huge on the arc
   };
   std::array<Vertex, kVertices> vertices;
+  Vertex near;  ///< the near point of the top, without what depends on neighbours
 
   /// The part of a band that a view shows: where a pixel of it must lie.
   struct Band {
@@ -93,16 +95,14 @@ struct Outline {
   std::vector<Strand> strands;
   Eigen::Vector2d tip_px;
 
-  /// Returns the near point of the top: the middle of the arc.
-  [[nodiscard]] const Vertex& near() const { return vertices[kNear]; }
   /// Returns the unit vector from the left side to the right one, at the ends of the arc.
   [[nodiscard]] Eigen::Vector2d across() const {
     return (vertices[kSideSegments + kArcSegments].pixel_px - vertices[kSideSegments].pixel_px).normalized();
   }
 };
 
-/// Projects the cylinder's outline into the view. Returns nothing where the view does not show the whole near rim of
-/// the top, or where the cylinder encloses the axis.
+/// Projects the cylinder's outline into the view. Returns nothing where the view does not show the whole of it, or
+/// where the cylinder encloses the axis.
 /// @param least_radius_px radius at which the sides begin; nearer to the tip a landmark is too thin to separate them
 std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cylinder, double least_radius_px);
 

@@ -115,8 +115,8 @@ constexpr double kFoundOut_px = 0.38;
 constexpr double kFoundOutThin_px2 = 0.5;
 constexpr double kFoundAcross_px = 0.15;
 constexpr double kFoundAcrossThin_px2 = 0.5;
-// The outermost circle of the colour passes through the ends of the rim's middle third. These are behind the near point
-// by this share of the radius: 1 - sqrt(1 - 1/9).
+// The outermost circle of the colour passes through the ends of the rim's middle third. These are behind the near
+// point, or before the far one, by this share of the radius: 1 - sqrt(1 - 1/9).
 constexpr double kBehindNear = 0.0572;
 // An expected place is accepted if the fit's step is at most kExpectedReach_px. For a longer step the outline is fitted
 // again from its new place; kExpectedRounds is the number of fits. A step above kExpectedFar_px means that the place
@@ -188,17 +188,17 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
   const double noise_px2 = side_scatter * fit.sigma_narrowness_px * fit.sigma_narrowness_px;
   const double doubt_px = fit.cylinder.width_doubt * rim_width_px(fit);
   const double excess_px2 = std::max(0.0, fit.narrowness_px * fit.narrowness_px - noise_px2 - doubt_px * doubt_px);
-  const double bearing_px = fit.outline.near().by_bearing_pxprad.norm();
+  const double bearing_px = fit.outline.near.by_bearing_pxprad.norm();
   covariance(1, 1) += excess_px2 / 4 / (bearing_px * bearing_px);
   // The model cuts pixels by straight edges and allows for the rim's mean curvature. The curvature within a pixel
   // remains as an error.
   const double half_px = rim_width_px(fit) / 2;
   const double curved_px = kCurvedError_px / (half_px * half_px);
-  const double range_px = fit.outline.near().by_range_pxpm.norm();
+  const double range_px = fit.outline.near.by_range_pxpm.norm();
   const double bands_px = fit.cylinder.bands ? kBandError_px : 0;
   covariance(0, 0) += (curved_px * curved_px + bands_px * bands_px) / (range_px * range_px);
   if (!covariance.allFinite() || !(covariance.topLeftCorner<2, 2>().determinant() > 0)) return std::nullopt;
-  const Outline::Vertex& near = fit.outline.near();
+  const Outline::Vertex& near = fit.outline.near;
   Eigen::Matrix<double, 2, 3> by_place;
   by_place << near.by_range_pxpm, near.by_bearing_pxprad, near.by_height_pxpm;
   Sighting sighting;
@@ -218,7 +218,7 @@ std::optional<Sighting> sighting_of(const OutlineFit& fit, double arc_scatter, d
 /// determine the place as well as the posterior does.
 std::optional<Sighting> sighting_of(const OutlineFit& fit, const OneRayFits& fits, std::size_t tolerance) {
   const OneRayFit& posterior = fits.by_tolerance[tolerance];
-  const Outline::Vertex& near = fit.outline.near();
+  const Outline::Vertex& near = fit.outline.near;
   Eigen::Matrix2d by_place;
   by_place << near.by_range_pxpm, near.by_bearing_pxprad;
   Sighting sighting;
@@ -280,6 +280,9 @@ class ToleranceChoice {
   std::size_t common_ = 0;
 };
 
+/// A view that looks down at a top shows the far half of its rim.
+bool looks_down(const Ray& at_rim) { return at_rim.direction.z() < 0; }
+
 /// @param step (range m, bearing rad)
 Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step, double height_step_m) {
   Cylinder there = cylinder;
@@ -293,7 +296,7 @@ Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step, double hei
 /// undo each other.
 /// @param step (range m, bearing rad)
 double step_px(const OutlineFit& fit, const Eigen::Vector2d& step) {
-  const Outline::Vertex& near = fit.outline.near();
+  const Outline::Vertex& near = fit.outline.near;
   if (fit.cylinder.height_doubt_m == 0) {
     return std::hypot(near.by_range_pxpm.norm() * step.x(), near.by_bearing_pxprad.norm() * step.y());
   }
@@ -308,10 +311,11 @@ double rim_width_px(const OutlineFit& fit) { return fit.outline.vertices[Outline
 // The fit of a thin landmark may stop below its top. If the landmark's colour continues beyond, the cylinder is moved
 // to where the colour ends.
 void ViewFitter::follow_colour(std::uint8_t label, const cv::Mat& image, OutlineFit& fit) const {
-  const Outline::Vertex& near = fit.outline.near();
-  const double per_m = near.by_range_pxpm.norm();
-  const Eigen::Vector2d out = -near.by_range_pxpm / per_m;
-  const Eigen::Vector2d top = near.pixel_px + near.by_range_pxpm * fit.step.x() + near.by_bearing_pxprad * fit.step.y();
+  const Outline::Vertex& middle = fit.outline.vertices[Outline::kMiddle];
+  const Eigen::Vector2d out = (middle.pixel_px - fit.outline.tip_px).normalized();
+  const double out_per_m = middle.by_range_pxpm.dot(out);  // < 0 where the view looks up at the top
+  const Eigen::Vector2d top =
+      middle.pixel_px + middle.by_range_pxpm * fit.step.x() + middle.by_bearing_pxprad * fit.step.y();
   int beyond = 0;
   for (int i = 0; i < kMostBeyond_px; ++i) {
     const Eigen::Vector2d p = top + (i + 1) * out;
@@ -320,7 +324,9 @@ void ViewFitter::follow_colour(std::uint8_t label, const cv::Mat& image, Outline
     if (table_.label(image.ptr<std::uint8_t>(pixel.y) + std::ptrdiff_t(3) * pixel.x) != label) break;
     beyond = i + 1;
   }
-  if (beyond > 0) fit.cylinder.range_m = std::max(fit.cylinder.range_m - beyond / per_m, 1.01 * fit.cylinder.radius_m);
+  if (beyond > 0) {
+    fit.cylinder.range_m = std::max(fit.cylinder.range_m + beyond / out_per_m, 1.01 * fit.cylinder.radius_m);
+  }
 }
 
 Eigen::Vector2d ViewFitter::pixel_of(const Candidate& c) const {
@@ -330,7 +336,7 @@ Eigen::Vector2d ViewFitter::pixel_of(const Candidate& c) const {
 
 std::optional<Ray> ViewFitter::ray_at(const Candidate& c, double height_m) const {
   auto ray = mirror_.back_project(pixel_of(c));
-  if (!ray || !(ray->direction.z() > 0)) return std::nullopt;
+  if (!ray) return std::nullopt;
   const double way = (height_m - ray->origin_m.z()) / ray->direction.z();
   if (!(way > 0)) return std::nullopt;
   ray->origin_m += way * ray->direction;
@@ -340,8 +346,11 @@ std::optional<Ray> ViewFitter::ray_at(const Candidate& c, double height_m) const
 std::optional<Cylinder> ViewFitter::place(const Candidate& c, double radius_m, double top_m) const {
   const auto ray = ray_at(c, top_m);
   if (!ray) return std::nullopt;
-  const Eigen::Vector3d& near = ray->origin_m;
-  return Cylinder{near.head<2>().norm() + radius_m, std::atan2(near.y(), near.x()), radius_m, top_m};
+  const Eigen::Vector3d& at_rim = ray->origin_m;
+  const double to_axis_m = looks_down(*ray) ? -radius_m : radius_m;
+  const double range_m = at_rim.head<2>().norm() + to_axis_m;
+  if (!(range_m > radius_m)) return std::nullopt;
+  return Cylinder{range_m, std::atan2(at_rim.y(), at_rim.x()), radius_m, top_m};
 }
 
 double ViewFitter::bearing_of(const Candidate& c) const {
@@ -353,13 +362,14 @@ double ViewFitter::bearing_of(const Candidate& c) const {
 std::optional<Sighting> ViewFitter::found(const Candidate& c, double radius_m, double top_m) const {
   const auto ray = ray_at(c, top_m);
   if (!ray) return std::nullopt;
-  Eigen::Vector3d top_of_circle = ray->origin_m;
-  top_of_circle.head<2>() -= kBehindNear * radius_m * ray->direction.head<2>().normalized();
-  const auto near_px = mirror_.project(top_of_circle);
+  Eigen::Vector3d near_m = ray->origin_m;
+  const double behind_near = looks_down(*ray) ? 2 - kBehindNear : kBehindNear;
+  near_m.head<2>() -= behind_near * radius_m * ray->direction.head<2>().normalized();
+  const auto near_px = mirror_.project(near_m);
   if (!near_px) return std::nullopt;
   const Eigen::Vector2d out = (*near_px - mirror_.settings().centre_px).normalized();
   const Eigen::Vector2d across(-out.y(), out.x());
-  const double width_px = 2 * c.top_px * radius_m / (top_of_circle.head<2>().norm() + radius_m);
+  const double width_px = 2 * c.top_px * radius_m / (near_m.head<2>().norm() + radius_m);
   const double out_px = std::hypot(kFoundOut_px, kFoundOutThin_px2 / width_px);
   const double across_px = std::hypot(kFoundAcross_px, kFoundAcrossThin_px2 / width_px);
   Sighting sighting;

@@ -10,7 +10,6 @@
 
 #include <Eigen/Dense>
 
-#include "apps/config/to_layers.h"
 #include "base/quantile.h"
 #include "localisation/least_squares_fix.h"
 #include "vision/bound.h"
@@ -46,24 +45,6 @@ class EdgeNoise {
 
 constexpr std::array kSides{vision::Side::kLower, vision::Side::kUpper};
 
-/// Returns the bound of a pose where rig and map are uncertain.
-/// @param information as of landmark_information()
-std::optional<Eigen::Matrix3d> whole_bound(const vision::UncertainRig& rig, const config::BeliefErrors& errors,
-                                           const std::vector<Landmark>& targets, const localisation::Pose& pose,
-                                           const std::vector<std::array<Eigen::Matrix2d, 2>>& information) {
-  std::vector<localisation::InformedMeasurement> measurements;
-  for (std::size_t k = 0; k < targets.size(); ++k) {
-    const Eigen::Vector2d place_m = vision::place_m(targets[k]);
-    for (const vision::Side side : kSides) {
-      measurements.push_back(
-          {place_m, information[k][std::size_t(side)],
-           rig.place_by_shared(side, localisation::in_body(pose, place_m), targets[k], errors.vision.landmarks[k]),
-           errors.places[k]});
-    }
-  }
-  return localisation::shared_pose_bound(pose, measurements);
-}
-
 std::optional<FrameBound::Landmark> bound_of(const Eigen::Matrix2d& information) {
   // Range and bearing have different units, so the determinant is compared with the product of the diagonal.
   const double product = information(0, 0) * information(1, 1);
@@ -92,6 +73,22 @@ std::vector<std::array<Eigen::Matrix2d, 2>> landmark_information(const vision::R
     }
   }
   return information;
+}
+
+std::optional<Eigen::Matrix3d> whole_bound(const vision::UncertainRig& rig, const config::BeliefErrors& errors,
+                                           const std::vector<Landmark>& targets, const localisation::Pose& pose,
+                                           const std::vector<std::array<Eigen::Matrix2d, 2>>& information) {
+  std::vector<localisation::InformedMeasurement> measurements;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const Eigen::Vector2d place_m = vision::place_m(targets[k]);
+    for (const vision::Side side : kSides) {
+      measurements.push_back(
+          {place_m, information[k][std::size_t(side)],
+           rig.place_by_shared(side, localisation::in_body(pose, place_m), targets[k], errors.vision.landmarks[k]),
+           errors.places[k]});
+    }
+  }
+  return localisation::shared_pose_bound(pose, measurements);
 }
 
 std::vector<FrameBound> bounds(const RunData& run) {

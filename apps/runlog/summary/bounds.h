@@ -10,9 +10,11 @@
 
 #include <Eigen/Core>
 
+#include "apps/config/to_layers.h"
 #include "apps/runlog/run_data.h"
 #include "localisation/odometry.h"
 #include "vision/ranging.h"
+#include "vision/uncertain_rig.h"
 
 namespace twocone::runlog {
 
@@ -41,6 +43,12 @@ std::vector<std::array<Eigen::Matrix2d, 2>> landmark_information(const vision::R
                                                                  const std::vector<Eigen::Vector2d>& places_m,
                                                                  const localisation::Pose& pose,
                                                                  const EdgeNoiseOf& edge_noise_px);
+
+/// Returns the bound of a pose where rig and landmarks are uncertain (localisation::shared_pose_bound).
+/// @param targets,information as of landmark_information(), with its answer
+std::optional<Eigen::Matrix3d> whole_bound(const vision::UncertainRig& rig, const config::BeliefErrors& errors,
+                                           const std::vector<Landmark>& targets, const localisation::Pose& pose,
+                                           const std::vector<std::array<Eigen::Matrix2d, 2>>& information);
 
 /// Returns a bound for each frame of the run. It uses the rig and the map as believed, the true pose (on hardware the
 /// estimate) and the noise of the outlines that the method measured (sightings.csv): that of the frame, or else the

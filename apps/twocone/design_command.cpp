@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/design/design.h"
+#include "apps/design/output.h"
+#include "apps/runlog/storage/disk.h"
+#include "apps/twocone/commands.h"
+
+namespace twocone::cli {
+namespace {
+
+struct DesignArguments {
+  design::Wishes wishes;
+  double camera_deg = 48, lowest_deg = -16, highest_deg = 2;
+  RobotArgument robot;
+  std::filesystem::path map;
+  std::filesystem::path folder;
+  std::string name = "design";
+  double edge_noise_px = 0.1;
+  bool force = false;
+};
+
+void design_with(const DesignArguments& options) {
+  const std::filesystem::path& folder = options.folder;
+  const bool is_given = !options.robot.file.empty();
+  const design::Files files = design::files_in(folder, options.name);
+  if (!options.force) {
+    refuse_overwriting({files.page, files.data});
+    if (!is_given) refuse_overwriting({files.robot, files.map, files.scene, files.profile});
+  }
+  std::optional<config::Map> map;
+  if (!options.map.empty()) map = config::read_map(options.map);
+  design::Result result;
+  if (is_given) {
+    result.robot = options.robot.read();
+    if (!map) map = config::read_map(result.robot.map);
+  } else {
+    design::Wishes wishes = options.wishes;
+    constexpr double kDegree = std::numbers::pi / 180;
+    wishes.camera_angle_rad = options.camera_deg * kDegree;
+    wishes.lowest_rad = options.lowest_deg * kDegree;
+    wishes.highest_rad = options.highest_deg * kDegree;
+    const design::Design made = [&] {
+      try {
+        return design::design(wishes);
+      } catch (const std::invalid_argument& error) {
+        throw BadUsage(std::string(error.what()));
+      }
+    }();
+    design::write_robot(made, map, files);
+    result.robot = config::read_robot(files.robot);
+    map = config::read_map(files.map);
+  }
+  result.map = map;
+  result.settings = {
+      .sigma_px = options.wishes.sigma_px, .edge_noise_px = options.edge_noise_px, .at_m = options.wishes.at_m};
+  result.analysis = design::analyse(result.robot, result.map, result.settings);
+  runlog::make_folder(folder);
+  runlog::write_whole(files.data, design::design_json(result).dump(1) + '\n');
+  runlog::write_whole(files.page, design::page(result));
+  fmt::print("{}", design::table(result));
+  if (!is_given) {
+    fmt::print("\nwritten    {}, {}, {}; for the lathe {}\n", files.robot.string(), files.map.string(),
+               files.scene.string(), files.profile.string());
+  }
+  fmt::print("\npage       {}\n", files.page.string());
+  if (!is_given) fmt::print("next       twocone run --robot {} --frames 30\n", files.robot.string());
+}
+
+}  // namespace
+
+void add_design(CLI::App& program) {
+  auto options = std::make_shared<DesignArguments>();
+  design::Wishes& wishes = options->wishes;
+  CLI::App* command = program.add_subcommand(
+      "design",
+      "Design a pair of mirrors from wishes, with its simulated twin, or show what a robot's pair can do: what both "
+      "mirrors see where, how accurately, and in which places of a room");
+  command->add_option("--out", options->folder, "Folder for the files and the page")->required()->type_name("DIR");
+  command->add_option("--name", options->name, "Name of the designed robot")
+      ->capture_default_str()
+      ->check([](const std::string& name) {
+        const bool is_good = !name.empty() && name.find_first_not_of(
+                                                  "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") ==
+                                                  std::string::npos;
+        return is_good ? std::string() : fmt::format("'{}' is no name, must be letters, digits, _ and -", name);
+      });
+  add_checked(command, "--camera-deg", options->camera_deg,
+              "The cameras' field of view along the image's shorter side, degrees", number_within(5, 150))
+      ->group("Wishes");
+  add_checked(command, "--width-px", wishes.width_px, "Width of the images", number_within(120, 16384))
+      ->group("Wishes");
+  add_checked(command, "--height-px", wishes.height_px, "Height of the images", number_within(120, 16384))
+      ->group("Wishes");
+  add_checked(command, "--lowest-deg", options->lowest_deg,
+              "Lowest elevation that both mirrors shall show, degrees over the horizon", number_within(-60, 60))
+      ->group("Wishes");
+  add_checked(command, "--highest-deg", options->highest_deg, "Highest elevation, likewise", number_within(-60, 60))
+      ->group("Wishes");
+  command->add_option("--floor-from-m", wishes.floor_from_m, "Both mirrors shall show the floor from this distance on")
+      ->check(number_within(0.1, 100))
+      ->group("Wishes");
+  add_checked(command, "--sigma-m", wishes.sigma_m, "Greatest sigma of a range at the distance --at-m",
+              number_within(1e-6, 1e3))
+      ->group("Wishes");
+  add_checked(command, "--at-m", wishes.at_m, "That distance; also that of the table of tolerances",
+              number_within(0.1, 100))
+      ->group("Wishes");
+  add_checked(command, "--sigma-px", wishes.sigma_px, "Sigma of a disparity, pixels", number_within(1e-4, 100))
+      ->group("Wishes");
+  add_checked(command, "--greatest-radius-m", wishes.greatest_radius_m, "Greatest radius of the mirrors",
+              number_within(0.015, 10))
+      ->group("Wishes");
+  add_checked(command, "--greatest-height-m", wishes.greatest_height_m, "Greatest height of the robot",
+              number_within(0.05, 100))
+      ->group("Wishes");
+  add_checked(command, "--lens-height-m", wishes.lens_height_m, "Height of the lower lens, over body and camera",
+              number_within(0.01, 100))
+      ->group("Wishes");
+  add_checked(command, "--body-radius-m", wishes.body_radius_m, "Radius of the robot", number_within(0.01, 10))
+      ->group("Wishes");
+  CLI::Option* robot =
+      add_robot(command, options->robot, "No design: show what this robot's pair can do (robots/lab_sim.yaml)");
+  for (CLI::Option* wish :
+       command->get_options([](const CLI::Option* option) { return option->get_group() == "Wishes"; })) {
+    if (wish->get_name() != "--at-m" && wish->get_name() != "--sigma-px") robot->excludes(wish);
+  }
+  command
+      ->add_option("--map", options->map,
+                   "Map of the room in which the robot shall find its place (default: that of the robot, or a room "
+                   "with six pillars)")
+      ->type_name("FILE");
+  add_checked(command, "--edge-noise-px", options->edge_noise_px,
+              "Noise of landmarks' outlines per pixel of their length, noise over contrast", number_within(1e-4, 10));
+  command->add_flag("--force", options->force, "Replace files that exist");
+  command->callback([options] { design_with(*options); });
+}
+
+}  // namespace twocone::cli
