@@ -13,6 +13,7 @@
 #include "apps/runlog/version.h"
 #include "apps/web/document.h"
 #include "base/quantile.h"
+#include "vision/srgb.h"
 
 namespace twocone::design {
 namespace {
@@ -47,6 +48,11 @@ ordered_json room_json(const config::Map& map, const RoomSigmas& room) {
                      {"y_m", landmark.y_m},
                      {"radius_m", landmark.radius_m},
                      {"top_m", landmark.top_m}};
+    if (landmark.bands) {
+      one["bands"] = landmark.bands->number;
+    } else {
+      for (const double light : landmark.colour) one["rgb"].push_back(std::lround(vision::linear_to_srgb(light)));
+    }
     landmarks.push_back(one);
   }
   json["landmarks"] = landmarks;
@@ -208,7 +214,7 @@ std::string table(const Result& result) {
   }
   if (a.room && result.map) {
     const RoomWords words = words_of(*a.room);
-    print("\nroom       {} landmarks, {} px of noise in their outlines: ", result.map->landmarks.size(),
+    print("\nroom       {} landmarks, {} px of noise in their outlines:\n           ", result.map->landmarks.size(),
           result.settings.edge_noise_px);
     if (words.placed == 0) {
       print("no place is determined\n");

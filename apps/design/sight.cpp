@@ -81,6 +81,8 @@ RoomSigmas room_sigmas(const config::Robot& robot, const config::Map& map, const
   const vision::UncertainRig belief(rig, errors.vision.rig);
   const std::vector<Landmark> targets = config::to_targets(map);
   const std::vector<Eigen::Vector2d> places_m = config::to_landmark_positions(map);
+  const bool is_exact = errors.vision.rig.isZero() &&
+                        std::ranges::all_of(errors.vision.landmarks, [](const auto& of) { return of.isZero(); });
   const behaviours::Arena arena = config::to_arena(map);
   const config::Bounds& bounds = map.bounds;
   RoomSigmas room{settings.room_step_m, {}};
@@ -108,7 +110,9 @@ RoomSigmas room_sigmas(const config::Robot& robot, const config::Map& map, const
         cell.sigma_m = std::sqrt((*bound)(0, 0) + (*bound)(1, 1));
         cell.heading_rad = std::sqrt((*bound)(2, 2));
       }
-      if (const auto whole = runlog::whole_bound(belief, errors, targets, pose, information)) {
+      if (is_exact) {
+        cell.whole_sigma_m = cell.sigma_m;
+      } else if (const auto whole = runlog::whole_bound(belief, errors, targets, pose, information)) {
         cell.whole_sigma_m = std::sqrt((*whole)(0, 0) + (*whole)(1, 1));
       }
       room.cells.push_back(cell);

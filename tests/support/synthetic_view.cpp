@@ -146,24 +146,30 @@ struct SyntheticView::Surface {
     const double way_m = (centre_m - ray.from_m).dot(outwards) / ahead;
     return cross(outwards, ray.from_m + way_m * ray.along - centre_m);
   }
-  /// Returns whether the ray is still below the top at `beyond_m` behind its point nearest to the axis.
+  /// Returns whether the ray is below the top at its point nearest to the axis, and at `beyond_m` to the side of it
+  /// where it is higher.
   [[nodiscard]] bool passes_below_top(const PlanRay& ray, double beyond_m = 0) const {
     if (is_strip) return true;
     const double nearest_m = (centre_m - ray.from_m).dot(ray.along);
-    return nearest_m > 0 && ray.from_up_m + ray.climb * (nearest_m + beyond_m) <= top_m;
+    return nearest_m > 0 && ray.from_up_m + ray.climb * nearest_m + std::abs(ray.climb) * beyond_m <= top_m;
   }
+  /// Returns how far along the ray the height of the top is.
+  [[nodiscard]] double way_to_top_m(const PlanRay& ray) const { return (top_m - ray.from_up_m) / ray.climb; }
   /// Returns the radius minus the distance from the axis at which the ray passes while it is below the top: positive
   /// where the ray hits. It is smooth except at the middle line of a strip or landmark.
   [[nodiscard]] double depth_m(const PlanRay& ray) const {
     if (is_strip) return half_m - std::abs(left_m(ray));
     double way_m = std::max(0.0, (centre_m - ray.from_m).dot(ray.along));
-    if (ray.climb > 0) way_m = std::min(way_m, (top_m - ray.from_up_m) / ray.climb);
+    if (ray.climb > 0) way_m = std::min(way_m, way_to_top_m(ray));
+    if (ray.climb < 0) way_m = std::max(way_m, way_to_top_m(ray));
     return half_m - (ray.from_m + way_m * ray.along - centre_m).norm();
   }
   [[nodiscard]] Eigen::Vector3d colour_at(const PlanRay& ray) const {
     if (is_strip) return colour;
     const double left = std::clamp(left_m(ray) / half_m, -1.0, 1.0);
     const double towards = std::sqrt(1 - left * left);
+    const double entry_m = (centre_m - ray.from_m).dot(ray.along) - towards * half_m;
+    if (ray.climb < 0 && way_to_top_m(ray) > entry_m) return colour * shading.top;
     const Eigen::Vector2d normal = -towards * ray.along + left * Eigen::Vector2d(-ray.along.y(), ray.along.x());
     const Eigen::Vector2d light(std::cos(shading.light_bearing_rad), std::sin(shading.light_bearing_rad));
     return colour * (shading.ambient + shading.diffuse * std::max(0.0, normal.dot(light)));
@@ -296,7 +302,9 @@ std::vector<SyntheticView::Surface> SyntheticView::surfaces_of(const SyntheticSc
     surface.shading = scene.shading;
     const double room_m = (landmark.centre_m - s.axis_offset_m).norm() - landmark.radius_m;
     if (!(landmark.radius_m > 0)) bad += fmt::format(" radius_m is {}, must be > 0 m;", landmark.radius_m);
-    if (!(landmark.top_m > tip_m)) bad += fmt::format(" top_m is {}, must be > {} m;", landmark.top_m, tip_m);
+    // The ray at the tip is level for a cone of 90 degrees.
+    const double least_m = tip_m + std::max(room_m, 0.0) / std::tan(s.cone.apex_rad);
+    if (!(landmark.top_m > least_m)) bad += fmt::format(" top_m is {}, must be > {} m;", landmark.top_m, least_m);
     if (!(room_m > wider_.settings().cone.rim_radius_m)) {
       bad += fmt::format(" a landmark begins {} m from the mirror's axis, must be beyond its rim;", room_m);
     }
@@ -448,7 +456,7 @@ cv::Mat SyntheticView::light(const SyntheticScene& scene) const {
 cv::Mat SyntheticView::coverage(const SyntheticScene& scene, std::size_t k) const {
   // Render an image in which only that landmark shines, in front of a black sky.
   SyntheticScene lit = scene;
-  lit.shading = {.ambient = 1, .diffuse = 0, .light_bearing_rad = 0};
+  lit.shading = {.ambient = 1, .diffuse = 0, .light_bearing_rad = 0, .top = 1};
   for (SyntheticLandmark& landmark : lit.landmarks) landmark.colour.setZero();
   for (SyntheticStrip& strip : lit.strips) strip.colour.setZero();
   lit.landmarks.at(k).colour.setOnes();

@@ -20,7 +20,7 @@ namespace twocone::testing_support {
 struct SyntheticLandmark {
   Eigen::Vector2d centre_m = Eigen::Vector2d::Zero();
   double radius_m = 0;                               ///< > 0
-  double top_m = 0;                                  ///< over the floor, above the mirror's tip
+  double top_m = 0;                                  ///< over the floor; a view may look up or down at it
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< linear rgb, 0 to 1
 };
 
@@ -46,11 +46,13 @@ struct SyntheticBackground {
   double contrast = 0;  ///< 0 to 1
 };
 
-/// A landmark's brightness: colour times ambient + diffuse max(0, cos(bearing of the normal - light_bearing)).
+/// A landmark's brightness: colour times ambient + diffuse max(0, cos(bearing of the normal - light_bearing)); that of
+/// its top, where a view looks down at it: colour times top.
 struct SyntheticShading {
   double ambient = 0.7;
   double diffuse = 0.3;
   double light_bearing_rad = 0;
+  double top = 0.85;
 };
 
 struct SyntheticScene {

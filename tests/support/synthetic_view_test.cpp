@@ -242,7 +242,7 @@ TEST(SyntheticView, SharesAddUpToTheWhole) {
   const SyntheticView synthetic(MirrorView(skewed_view()), {320, 240}, {.level = 0.37});
   const Eigen::Vector3d grey = Eigen::Vector3d::Constant(0.37);
   SyntheticScene scene{{{{0.9, 0.3}, 0.1, 1.2, grey}, {{1.8, 0.7}, 0.1, 1.2, grey}}, {}, {}};
-  scene.shading = {.ambient = 1, .diffuse = 0, .light_bearing_rad = 0};
+  scene.shading = {.ambient = 1, .diffuse = 0, .light_bearing_rad = 0, .top = 1};
   scene.strips.push_back({.bearing_rad = 0.4, .distance_m = 0.13, .half_width_m = 0.004, .colour = grey});
   EXPECT_LE(cv::norm(synthetic.light(scene), synthetic.light({}), cv::NORM_INF), kFloat);
 }
@@ -250,7 +250,7 @@ TEST(SyntheticView, SharesAddUpToTheWhole) {
 TEST(SyntheticView, BrightnessGoesWithTheNormal) {
   const MirrorView view(small_view());
   const SyntheticView synthetic(view, {320, 240});
-  const SyntheticShading shading{.ambient = 0.5, .diffuse = 0.4, .light_bearing_rad = std::numbers::pi - 0.9};
+  const SyntheticShading shading{.ambient = 0.5, .diffuse = 0.4, .light_bearing_rad = std::numbers::pi - 0.9, .top = 1};
   const SyntheticLandmark landmark{{1.3, 0.2}, 0.2, 0.95, {1, 0.5, 0.25}};
   const SyntheticScene scene{{landmark}, {}, shading};
   const cv::Mat light = synthetic.light(scene);

@@ -178,7 +178,7 @@ TEST(BandedLandmark, SigmasHoldTheTruthOverSeeds) {
     const auto landmarks = around(random, 6);
     const SyntheticRig& rig = image % 2 == 0 ? bare_lab() : chequered;
     SyntheticScene scene = scene_of(landmarks);
-    scene.shading = {.ambient = 0.5, .diffuse = 0.5, .light_bearing_rad = double(image)};
+    scene.shading = {.ambient = 0.5, .diffuse = 0.5, .light_bearing_rad = double(image), .top = 1};
     const auto measured = look(rig, scene, landmarks, {.noise_grey_levels = 2}, std::uint64_t(image));
     for (std::size_t k = 0; k < landmarks.size(); ++k) {
       const RangeMeasurement& m = measured[k];

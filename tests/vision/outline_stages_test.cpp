@@ -289,12 +289,12 @@ TEST(OutlineStages, AFineFitThatStartsAPixelOffEndsWhereTheOthersDo) {
       const auto common = ViewFitter::common({&look});
       if (!look.fit || !common) continue;
       OutlineSearch off = look;
-      off.fit->cylinder.range_m += 1 / look.fit->outline.near().by_range_pxpm.norm();
+      off.fit->cylinder.range_m += 1 / look.fit->outline.near.by_range_pxpm.norm();
       fitter.fit_fine(task, *common);
       fitter.fit_fine({Surface{static_cast<std::uint8_t>(k + 1)}, frame.lower, off, samples}, *common);
       ASSERT_TRUE(look.fit && off.fit);
       const double apart_m = off.fit->cylinder.range_m - look.fit->cylinder.range_m;
-      EXPECT_LT(std::abs(apart_m) * look.fit->outline.near().by_range_pxpm.norm(), 0.03) << "landmark " << k;
+      EXPECT_LT(std::abs(apart_m) * look.fit->outline.near.by_range_pxpm.norm(), 0.03) << "landmark " << k;
       ++fitted;
     }
   }

@@ -48,11 +48,11 @@ export function designHeadline({ floor_from_m: floor, nearest_m: nearest, least_
 
 const mm = (length_m) => `${significant(1000 * length_m, 4)}\u00a0mm`;
 
-/** A line between two places with its measure; `aside` moves it. */
+/** A line between two places, moved aside, with its measure. */
 function measure(from, to, words, [dx, dy]) {
   const [a, b] = [from, to].map(([x, y]) => [x + dx, y + dy]);
   return { path: { colour: 'ink', points: [a, b] }, points: { colour: 'ink', shape: 'plus', r: 4, points: [a, b] },
-    label: { text: words, at: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] } };
+    label: { text: words, at: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], above: a[1] === b[1] } };
 }
 
 function measuresFigure(data) {
@@ -206,7 +206,8 @@ export function designPage(data) {
     tiles([[degrees(rig.lower.apex_rad), 'angle of the lower cone'],
       [mm(rig.lower.mirror_radius_m), 'radius R of its rim'],
       [mm(rig.lower.lens_to_tip_m), 'd, from lens to tip'], [mm(rig.mirror_separation_m), 's, between the tips'],
-      [`${degrees(rig.lower.lowest_rad)} to ${degrees(rig.lower.highest_rad)}`, 'elevations of the lower mirror'],
+      [`${fixed(rig.lower.lowest_rad * 180 / Math.PI, 0)} to ${degrees(rig.lower.highest_rad, 0)}`,
+        'elevations of the lower mirror'],
       [exists(data.floor_from_m) ? quantity(data.floor_from_m, 'm') : 'never', 'from where both see the floor']])],
   sections: [
     section('sees', 'What it sees', figures(sightFigure(data), sigmaFigure(data)), table({ rows: distances,
