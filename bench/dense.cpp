@@ -50,7 +50,7 @@ struct Options {
   double full_well = 10000, read_electrons = 10;
   double gain = 1;  // of the upper camera's light
   int azimuths = 720;
-  double nearest_m = 0.4;
+  double nearest_m = 0.3;
   double farthest_m = 5;
   ImageSize size{};
   std::string images;
@@ -269,6 +269,9 @@ struct Score {
   std::vector<double> disparity_errors;
   std::vector<double> normalised;
   std::array<long, 7> verdicts{};
+  // Errors of ranges within a tenth of these distances.
+  static constexpr std::array kDistances_m{0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0};
+  std::array<std::vector<double>, kDistances_m.size()> by_distance_m;
 
   void add(const CellTruth& truth, double contrast, bool has_range, double range_m, double error_px, double sigma_m,
            int verdict, double farthest_m) {
@@ -296,6 +299,11 @@ struct Score {
     relative += std::abs(range_m - truth.range_m) / truth.range_m;
     disparity_errors.push_back(std::abs(error_px));
     wrong += std::abs(error_px) > 1 ? 1 : 0;
+    for (std::size_t k = 0; k < kDistances_m.size(); ++k) {
+      if (std::abs(truth.range_m - kDistances_m[k]) < 0.1 * kDistances_m[k]) {
+        by_distance_m[k].push_back(std::abs(range_m - truth.range_m));
+      }
+    }
     held += std::abs(range_m - truth.range_m) <= 1.96 * sigma_m ? 1 : 0;
     normalised.push_back(std::abs(range_m - truth.range_m) / sigma_m);
   }
@@ -317,6 +325,12 @@ struct Score {
                      {"hidden_ranged", share(double(hidden_ranged), double(hidden))}};
     for (std::size_t k = 0; k < verdicts.size(); ++k) {
       j["verdicts"][std::string(to_string(DenseVerdict(k)))] = share(double(verdicts[k]), double(textured));
+    }
+    for (std::size_t k = 0; k < kDistances_m.size(); ++k) {
+      // Half of the values of a normal distribution are within 0.6745 sigma.
+      j["by_distance"].push_back({{"distance_m", kDistances_m[k]},
+                                  {"count", by_distance_m[k].size()},
+                                  {"robust_sigma_m", median(by_distance_m[k]) / 0.6745}});
     }
     return j;
   }
@@ -349,8 +363,13 @@ cv::Mat grey(const cv::Mat& rgb) {
 // By verdict, b g r. Ranges are grey.
 const std::array<cv::Vec3b, 7> kColours{
     {{}, {0, 80, 0}, {0, 0, 0}, {80, 0, 0}, {0, 0, 160}, {0, 160, 160}, {160, 0, 160}}};
+// By how a textured cell is judged, b g r.
+const cv::Vec3b kRight{80, 160, 0};
+const cv::Vec3b kWrong{0, 0, 255};
+const cv::Vec3b kMissing{0, 200, 255};
 
-cv::Mat painted(const RangeImage& image, const cv::Mat& panorama) {
+// What the lower view shows, ranges and verdicts, and the judgement of the cells that count. Outer circles on top.
+cv::Mat painted(const RangeImage& image, const cv::Mat& panorama, const cv::Mat& judged) {
   cv::Mat shown(panorama.size(), CV_8UC3);
   for (int a = 0; a < shown.rows; ++a) {
     for (int i = 0; i < shown.cols; ++i) {
@@ -362,12 +381,12 @@ cv::Mat painted(const RangeImage& image, const cv::Mat& panorama) {
       shown.at<cv::Vec3b>(a, i) = colour;
     }
   }
-  cv::Mat both;
+  cv::Mat all;
   cv::Mat colours;
   cv::cvtColor(panorama, colours, cv::COLOR_GRAY2BGR);
-  cv::hconcat(colours, shown, both);
-  cv::rotate(both, both, cv::ROTATE_90_COUNTERCLOCKWISE);
-  return both;
+  cv::hconcat(std::vector<cv::Mat>{judged, colours, shown}, all);
+  cv::rotate(all, all, cv::ROTATE_90_COUNTERCLOCKWISE);
+  return all;
 }
 
 nlohmann::json measured(const std::string& file, const Options& options) {
@@ -417,12 +436,17 @@ nlohmann::json measured(const std::string& file, const Options& options) {
                          ranging.panorama(Side::kUpper, grey(upper.rgb)), std::min(greatest_px, grid.slopes));
       their_s.push_back(processor_s() - begin);
     }
+    cv::Mat judged(grid.azimuths, grid.slopes, CV_8UC3, cv::Scalar::all(0));
     for (int a = 0; a < grid.azimuths; ++a) {
       for (int i = 0; i < grid.slopes; ++i) {
         const CellTruth& truth = truths[std::size_t(a) * std::size_t(grid.slopes) + std::size_t(i)];
         if (!truth.is_known) continue;
         const double true_px = disparity_px(truth.range_m);
         const bool has = image.verdict_at(a, i) == DenseVerdict::kOk;
+        if (truth.is_shared && truth.range_m <= options.farthest_m && contrast.at<float>(a, i) >= kTextured) {
+          const bool is_right = std::abs(image.disparity_px.at<float>(a, i) - true_px) <= 1;
+          judged.at<cv::Vec3b>(a, i) = !has ? kMissing : is_right ? kRight : kWrong;
+        }
         ours.add(truth, contrast.at<float>(a, i), has, image.range_m.at<float>(a, i),
                  image.disparity_px.at<float>(a, i) - true_px, image.sigma_m.at<float>(a, i),
                  image.verdict.at<std::uint8_t>(a, i), options.farthest_m);
@@ -435,7 +459,7 @@ nlohmann::json measured(const std::string& file, const Options& options) {
     }
     if (!options.images.empty() && k < 3) {
       cv::imwrite(fmt::format("{}_{}.png", options.images, k),
-                  painted(image, ranging.panorama(Side::kLower, grey(lower.rgb))));
+                  painted(image, ranging.panorama(Side::kLower, grey(lower.rgb)), judged));
     }
   }
   nlohmann::json j{{"robot", robot.name},

@@ -23,13 +23,17 @@ namespace {
 // Least deviation of a pixel's mean of r, g and b, in grey levels. Rounding to 8 bits has 0.3 per channel, and where
 // there is no noise it is the same in all of them.
 constexpr double kLeastNoise_grey = 0.3;
+// Where everything has texture, no part of the image shows noise alone, and what is measured there is texture. No camera
+// that is of use is noisier than this: a full well of 1,500 electrons, 15 of them read noise.
+constexpr double kMostShot = 1.0 / 1500;
+constexpr double kMostRead = 15.0 / 1500;
 // Texture: the gradient energy of a window over that of noise. That of noise alone seldom exceeds this
 // (dense_ranging_test.cpp, APlainWallIsUnknown).
 constexpr float kLeastTexture = 2;
 // A match that leaves more than this share of the lower view's variance is none.
-constexpr float kWorstMisfit = 0.38F;
+constexpr float kWorstMisfit = 0.5F;
 // A disparity that is less certain is no range.
-constexpr float kWorstSigma_px = 1.5F;
+constexpr float kWorstSigma_px = 2.5F;
 
 /// Returns the function of the sum r + g + b (0 to 765) that gives noise a standard deviation of 1.
 std::vector<float> stabilised(const NoiseModel& noise) {
@@ -56,7 +60,10 @@ cv::Mat levels(const cv::Mat& rgb, const std::vector<float>& of_sum) {
 
 NoiseModel measured_noise(const cv::Mat& rgb, const MirrorView& view) {
   const auto& s = view.settings();
-  return fit_noise(noise_samples(rgb, {s.centre_px, s.rim_radius_px})).value_or(NoiseModel{});
+  NoiseModel noise = fit_noise(noise_samples(rgb, {s.centre_px, s.rim_radius_px})).value_or(NoiseModel{});
+  noise.shot = std::min(noise.shot, kMostShot);
+  noise.read = std::min(noise.read, kMostRead);
+  return noise;
 }
 
 void check(const Rig& rig, cv::Size size, const DenseSettings& settings) {
@@ -96,6 +103,10 @@ struct DenseRanging::Impl {
         blur(views[0].widths_px(), views[1].widths_px()),
         rig_errors(belief, grid, settings.nearest_m) {
     const double from_eye_m = settings.nearest_m + eye_of(belief.rig().lower).behind_m;
+    // A slope t of the lower view meets the floor where the upper view has the slope t (height of its eye / that of the
+    // lower one), but for the little by which one eye is farther behind the axis.
+    const double per_slope = 1 - eye_of(belief.rig().upper).height_m / eye_of(belief.rig().lower).height_m;
+    floor = {per_slope, -grid.first_slope / grid.slope_step};
     greatest_px = static_cast<int>(std::ceil(belief.rig().mirror_separation_m() / (from_eye_m * grid.slope_step)));
   }
 
@@ -122,6 +133,7 @@ struct DenseRanging::Impl {
   std::array<PanoramaView, 2> views;
   AcrossBlur blur;
   RigErrorsOfRange rig_errors;
+  FloorLine floor;
   int greatest_px = 0;
 };
 
@@ -155,7 +167,7 @@ RangeImage DenseRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
       noise ? *noise : std::array{measured_noise(lower, rig.lower), measured_noise(upper, rig.upper)};
   const PanoramaPair pair{AcrossBlur::blurred(views[0].resample(levels(lower, stabilised(noises[0])))),
                           views[1].resample(levels(upper, stabilised(noises[1]))), views[0].shown(), views[1].shown(),
-                          &impl_->blur};
+                          &impl_->blur, &impl_->floor};
   const MatchedDisparities matched = match(pair, impl_->greatest_px);
 
   const PanoramaGrid& grid = impl_->grid;

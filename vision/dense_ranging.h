@@ -50,7 +50,7 @@ struct PanoramaGrid {
 
 struct DenseSettings {
   int azimuths = 720;      ///< even, >= 64. Half as many take half the time and see half as sharply across
-  double nearest_m = 0.4;  ///< horizontal distance from the body's origin at which the search ends, > 0
+  double nearest_m = 0.3;  ///< horizontal distance from the body's origin at which the search ends, > 0
   /// Non-zero (CV_8U, of the image's size) where a view shows the robot itself, which moves with it; empty: nowhere.
   /// lower, upper
   std::array<cv::Mat, 2> own_body{};
@@ -83,9 +83,11 @@ struct RangeImage {
 ///
 /// 1. Semi-global matching (Hirschmueller 2008, four paths) at half the resolution. The cost is the difference of
 ///    brightness, less its local mean and over its local deviation, so gain and offset of either camera have no effect;
-///    where the deviation is that of noise, every disparity costs the same. The upper view shows a point nearer to its
-///    tip, and so less sharply across the radius: the lower view is blurred across by as much.
-/// 2. A check from the upper view back to the lower one, and of other disparities that match as well.
+///    where the deviation is that of noise, every disparity costs the same. The disparity of the floor falls by about a
+///    step from slope to slope: it is also matched with the upper view resampled as its floor has it. The upper view
+///    shows a point nearer to its tip, and so less sharply across the radius: the lower view is blurred across by as
+///    much.
+/// 2. A check from the upper view back to the lower one, and whether the lower view repeats along the radius.
 /// 3. Least squares at full resolution in a window around each pixel, for a correction of the window's disparities, a
 ///    gain, and an offset in each azimuth (Lucas & Kanade 1981). Pixels of the window keep their own disparities, so a
 ///    slanted surface needs no plane of its own, and count less the more these differ from that of the middle.
@@ -100,8 +102,8 @@ struct RangeImage {
 /// Sigma: sigma_D^2 = (noise of both views + what the fit leaves) / sum of squared gradients in the window + last
 /// correction^2 + a share of the variance of the window's disparities + a floor. Then
 /// sigma_range = (rho + rho_V)^2 step / s sigma_D, which the rig's errors add to. In rooms full of texture, 95 %
-/// intervals hold 93 to 96 % (dense_ranging_test.cpp, bench/dense.cpp). They hold fewer beside the edges of things and
-/// where bars or slats repeat, and there more ranges are wrong.
+/// intervals hold 92 to 97 % (dense_ranging_test.cpp, docs/evidence/dense.md). They hold fewer beside the edges of
+/// things and where bars or slats repeat, and there more ranges are wrong.
 ///
 /// Thread-safe: measure() is const and has no state.
 class DenseRanging {

@@ -28,32 +28,32 @@ constexpr double kRounding_rad = 0.15 * kDegree;
 
 double up_to(double value, double step) { return std::ceil(value / step - 1e-9) * step; }
 
-void check(const Wishes& w) {
+void check(const Requirements& r) {
   base::Complaints bad;
   constexpr int kLeast_px = 120;
-  bad.within("width_px", w.width_px, kLeast_px, 16384);
-  bad.within("height_px", w.height_px, kLeast_px, 16384);
-  bad.require(w.camera_angle_rad > 5 * kDegree && w.camera_angle_rad < 150 * kDegree,
-              "the camera's angle is {:.4g} degrees, must be 5 to 150", in_degrees(w.camera_angle_rad));
-  bad.require(w.lowest_rad > -60 * kDegree && w.highest_rad < 60 * kDegree && w.lowest_rad < w.highest_rad,
+  bad.within("width_px", r.width_px, kLeast_px, 16384);
+  bad.within("height_px", r.height_px, kLeast_px, 16384);
+  bad.require(r.camera_angle_rad > 5 * kDegree && r.camera_angle_rad < 150 * kDegree,
+              "the camera's angle is {:.4g} degrees, must be 5 to 150", in_degrees(r.camera_angle_rad));
+  bad.require(r.lowest_rad > -60 * kDegree && r.highest_rad < 60 * kDegree && r.lowest_rad < r.highest_rad,
               "the elevations are {:.4g} to {:.4g} degrees, must be within -60 to 60, the lowest first",
-              in_degrees(w.lowest_rad), in_degrees(w.highest_rad));
-  if (w.floor_from_m) bad.positive("floor_from_m", *w.floor_from_m, "m");
-  bad.positive("sigma_m", w.sigma_m, "m");
-  bad.positive("at_m", w.at_m, "m");
-  bad.positive("sigma_px", w.sigma_px, "px");
-  bad.require(w.greatest_radius_m >= kLeastRadius_m && std::isfinite(w.greatest_radius_m),
-              "the mirrors' greatest radius is {} m, must be at least {}", w.greatest_radius_m, kLeastRadius_m);
-  bad.positive("greatest_height_m", w.greatest_height_m, "m");
-  bad.positive("lens_height_m", w.lens_height_m, "m");
-  bad.positive("body_radius_m", w.body_radius_m, "m");
+              in_degrees(r.lowest_rad), in_degrees(r.highest_rad));
+  if (r.floor_from_m) bad.positive("floor_from_m", *r.floor_from_m, "m");
+  bad.positive("sigma_m", r.sigma_m, "m");
+  bad.positive("at_m", r.at_m, "m");
+  bad.positive("sigma_px", r.sigma_px, "px");
+  bad.require(r.greatest_radius_m >= kLeastRadius_m && std::isfinite(r.greatest_radius_m),
+              "the mirrors' greatest radius is {} m, must be at least {}", r.greatest_radius_m, kLeastRadius_m);
+  bad.positive("greatest_height_m", r.greatest_height_m, "m");
+  bad.positive("lens_height_m", r.lens_height_m, "m");
+  bad.positive("body_radius_m", r.body_radius_m, "m");
   bad.raise("design");
 }
 
 /// The image of a camera that looks at a mirror.
 struct Image {
-  explicit Image(const Wishes& wishes, double camera_angle_rad)
-      : half_px(std::min(wishes.width_px, wishes.height_px) / 2.0),
+  explicit Image(const Requirements& requirements, double camera_angle_rad)
+      : half_px(std::min(requirements.width_px, requirements.height_px) / 2.0),
         focal_px(half_px / std::tan(camera_angle_rad / 2)),
         rim_px(half_px - kRimMargin_px),
         inner_rad(std::atan(vision::kInnermost_px / focal_px)),
@@ -79,9 +79,9 @@ Unit unit_of(const Image& image, double lowest_rad, double radius_m) {
   return {apex_rad, radius_m, tip_m, image.focal_px / (tip_m / radius_m + cot)};
 }
 
-Design made(const Wishes& w, const Unit& unit, double separation_m) {
-  return {w.width_px,   w.height_px,     unit.apex_rad, unit.radius_m,  unit.tip_m,
-          separation_m, w.lens_height_m, unit.rim_px,   w.body_radius_m};
+Design made(const Requirements& r, const Unit& unit, double separation_m) {
+  return {r.width_px,   r.height_px,     unit.apex_rad, unit.radius_m,  unit.tip_m,
+          separation_m, r.lens_height_m, unit.rim_px,   r.body_radius_m};
 }
 
 Sight sight_of(const Design& design) {
@@ -94,62 +94,62 @@ Sight sight_of(const Design& design) {
   return Sight({view(design.lens_height_m), view(design.lens_height_m + design.mirror_separation_m)});
 }
 
-/// Returns the greatest sigma of a range at w.at_m; infinite where both mirrors show nothing there.
-double worst_sigma_m(const Wishes& w, const Unit& unit, double separation_m) {
-  const Sight sight = sight_of(made(w, unit, separation_m));
-  const auto shared = sight.shared_heights(w.at_m);
+/// Returns the greatest sigma of a range at r.at_m; infinite where both mirrors show nothing there.
+double worst_sigma_m(const Requirements& r, const Unit& unit, double separation_m) {
+  const Sight sight = sight_of(made(r, unit, separation_m));
+  const auto shared = sight.shared_heights(r.at_m);
   if (!shared) return std::numeric_limits<double>::infinity();
   double worst_m = 0;
   constexpr int kSteps = 8;
   for (int k = 0; k <= kSteps; ++k) {
     const double height_m = std::lerp(shared->lowest_m, shared->highest_m, (k + 0.01) / (kSteps + 0.02));
-    worst_m = std::max(worst_m, sight.range_sigma_m(w.at_m, height_m, w.sigma_px).value_or(0));
+    worst_m = std::max(worst_m, sight.range_sigma_m(r.at_m, height_m, r.sigma_px).value_or(0));
   }
   return worst_m;
 }
 
 double least_separation_m(const Unit& unit) { return up_to(unit.length_m() + kCamera_m, kMillimetre_m); }
 
-/// A separation with the greatest sigma of a range at Wishes::at_m.
+/// A separation with the greatest sigma of a range at Requirements::at_m.
 struct Accuracy {
   double separation_m, sigma_m;
 };
 /// Returns the least separation that is accurate enough, in whole millimetres; if there is none, the most accurate one,
 /// because the mirrors have the less in common the farther they are apart; nothing: two mirrors are too high.
-std::optional<Accuracy> separation_for(const Wishes& w, const Unit& unit) {
-  const double greatest_m = w.greatest_height_m - w.lens_height_m - unit.length_m() + kRounding_m;
+std::optional<Accuracy> separation_for(const Requirements& r, const Unit& unit) {
+  const double greatest_m = r.greatest_height_m - r.lens_height_m - unit.length_m() + kRounding_m;
   constexpr double kCoarse_m = 0.02;
   std::optional<Accuracy> best;
   double bad_m = least_separation_m(unit) - kMillimetre_m;
   for (double separation_m = least_separation_m(unit); separation_m <= greatest_m; separation_m += kCoarse_m) {
-    const Accuracy here{separation_m, worst_sigma_m(w, unit, separation_m)};
+    const Accuracy here{separation_m, worst_sigma_m(r, unit, separation_m)};
     if (!best || here.sigma_m < best->sigma_m) best = here;
-    if (here.sigma_m <= w.sigma_m) break;
+    if (here.sigma_m <= r.sigma_m) break;
     bad_m = separation_m;
   }
-  if (!best || best->sigma_m > w.sigma_m) return best;
+  if (!best || best->sigma_m > r.sigma_m) return best;
   for (double separation_m = bad_m + kMillimetre_m; separation_m < best->separation_m - kRounding_m;
        separation_m += kMillimetre_m) {
-    const double sigma_m = worst_sigma_m(w, unit, separation_m);
-    if (sigma_m <= w.sigma_m) return Accuracy{separation_m, sigma_m};
+    const double sigma_m = worst_sigma_m(r, unit, separation_m);
+    if (sigma_m <= r.sigma_m) return Accuracy{separation_m, sigma_m};
   }
   return best;
 }
 
 /// Returns the largest mirrors that do for this lowest elevation.
 /// @param nearest_floor_m becomes the least distance of the floor among those that do but for it, if that is less
-std::optional<Design> largest(const Wishes& w, const Image& image, double lowest_rad,
+std::optional<Design> largest(const Requirements& r, const Image& image, double lowest_rad,
                               std::optional<double>& nearest_floor_m) {
-  for (double radius_m = std::floor(w.greatest_radius_m / kMillimetre_m + kRounding_m) * kMillimetre_m;
+  for (double radius_m = std::floor(r.greatest_radius_m / kMillimetre_m + kRounding_m) * kMillimetre_m;
        radius_m >= kLeastRadius_m - kRounding_m; radius_m -= kMillimetre_m) {
     const Unit unit = unit_of(image, lowest_rad, radius_m);
     if (unit.tip_m < kLeastLensToTip_m) break;
-    const auto accuracy = separation_for(w, unit);
-    if (!accuracy || accuracy->sigma_m > w.sigma_m) continue;
-    const Design found = made(w, unit, accuracy->separation_m);
-    if (!w.floor_from_m) return found;
+    const auto accuracy = separation_for(r, unit);
+    if (!accuracy || accuracy->sigma_m > r.sigma_m) continue;
+    const Design found = made(r, unit, accuracy->separation_m);
+    if (!r.floor_from_m) return found;
     const auto floor_m = sight_of(found).floor_from_m();
-    if (floor_m && *floor_m <= *w.floor_from_m) return found;
+    if (floor_m && *floor_m <= *r.floor_from_m) return found;
     if (floor_m) nearest_floor_m = std::min(nearest_floor_m.value_or(*floor_m), *floor_m);
   }
   return std::nullopt;
@@ -158,128 +158,128 @@ std::optional<Design> largest(const Wishes& w, const Image& image, double lowest
 /// What design() finds, and what it needs to say why there is nothing.
 struct Attempt {
   std::optional<Design> found;
-  double spare_rad;  ///< of the image's band, beyond what is wished
+  double spare_rad;  ///< of the image's band, beyond what is required
   std::optional<double> nearest_floor_m;
 };
-Attempt attempt(const Wishes& wishes) {
-  const Image image(wishes, wishes.camera_angle_rad);
-  Attempt result{{}, image.band_rad() - (wishes.highest_rad - wishes.lowest_rad), {}};
-  // From equal shares of what the image shows beyond the wishes, down to all of it below, as far as the floor needs it.
+Attempt attempt(const Requirements& requirements) {
+  const Image image(requirements, requirements.camera_angle_rad);
+  Attempt result{{}, image.band_rad() - (requirements.highest_rad - requirements.lowest_rad), {}};
+  // From equal shares of what the image shows beyond the requirements, down to all of it below, as the floor needs it.
   constexpr int kShares = 20;
-  for (int k = 0; k <= (wishes.floor_from_m ? kShares : 0) && result.spare_rad >= 0 && !result.found; ++k) {
+  for (int k = 0; k <= (requirements.floor_from_m ? kShares : 0) && result.spare_rad >= 0 && !result.found; ++k) {
     const double below_rad = result.spare_rad * (0.5 + 0.5 * k / kShares);
-    result.found = largest(wishes, image, wishes.lowest_rad - below_rad, result.nearest_floor_m);
+    result.found = largest(requirements, image, requirements.lowest_rad - below_rad, result.nearest_floor_m);
   }
   return result;
 }
 
-/// Wishes that are near to those that cannot be, and what they are called.
+/// Requirements that are near to those that cannot be, and what they are called.
 struct Near {
   std::string words;
-  Wishes wishes;
+  Requirements requirements;
 };
 /// Returns "; nearest: A, or B" with those that can be.
 std::string nearest(const std::vector<Near>& all) {
   std::string words;
   for (const Near& near : all) {
-    if (attempt(near.wishes).found) words += (words.empty() ? "; nearest: " : ", or ") + near.words;
+    if (attempt(near.requirements).found) words += (words.empty() ? "; nearest: " : ", or ") + near.words;
   }
-  return words.empty() ? "; nothing near can be: wish less of several things" : words;
+  return words.empty() ? "; nothing near can be: require less of several things" : words;
 }
-Wishes with(Wishes wishes, double Wishes::*what, double value) {
-  wishes.*what = value;
-  return wishes;
+Requirements with(Requirements requirements, double Requirements::*what, double value) {
+  requirements.*what = value;
+  return requirements;
 }
-/// Returns the value nearest to the wished one for which there are such mirrors, to 1 %; a far one if there is none.
+/// Returns the value nearest to the required one for which there are such mirrors, to 1 %; a far one if there is none.
 /// @param factor by which the value is changed
-double first_that_can(Wishes wishes, double Wishes::*what, double factor) {
+double first_that_can(Requirements requirements, double Requirements::*what, double factor) {
   constexpr int kMost = 20;
   constexpr double kPrecise = 0.01;
-  double cannot = wishes.*what;
+  double cannot = requirements.*what;
   for (int k = 0; k < kMost; ++k) {
-    wishes.*what *= factor;
-    if (attempt(wishes).found) break;
-    cannot = wishes.*what;
+    requirements.*what *= factor;
+    if (attempt(requirements).found) break;
+    cannot = requirements.*what;
   }
-  double can = wishes.*what;
+  double can = requirements.*what;
   while (std::abs(can - cannot) > kPrecise * can) {
     const double middle = (can + cannot) / 2;
-    (attempt(with(wishes, what, middle)).found ? can : cannot) = middle;
+    (attempt(with(requirements, what, middle)).found ? can : cannot) = middle;
   }
   return can;
 }
 
-[[noreturn]] void refuse_band(const Wishes& w) {
-  const double band_rad = Image(w, w.camera_angle_rad).band_rad();
-  const double wished_rad = w.highest_rad - w.lowest_rad;
-  const double highest_deg = std::floor(10 * in_degrees(w.lowest_rad + band_rad)) / 10;
-  const double lowest_deg = std::ceil(10 * in_degrees(w.highest_rad - band_rad)) / 10;
+[[noreturn]] void refuse_band(const Requirements& r) {
+  const double band_rad = Image(r, r.camera_angle_rad).band_rad();
+  const double required_rad = r.highest_rad - r.lowest_rad;
+  const double highest_deg = std::floor(10 * in_degrees(r.lowest_rad + band_rad)) / 10;
+  const double lowest_deg = std::ceil(10 * in_degrees(r.highest_rad - band_rad)) / 10;
   std::vector<Near> near{
       {fmt::format("a highest elevation of {:.1f} degrees", highest_deg),
-       with(w, &Wishes::highest_rad, highest_deg * kDegree)},
-      {fmt::format("a lowest one of {:.1f}", lowest_deg), with(w, &Wishes::lowest_rad, lowest_deg * kDegree)}};
-  for (double angle_deg = std::ceil(in_degrees(w.camera_angle_rad)); angle_deg < 150; ++angle_deg) {
-    if (Image(w, angle_deg * kDegree).band_rad() < wished_rad) continue;
+       with(r, &Requirements::highest_rad, highest_deg * kDegree)},
+      {fmt::format("a lowest one of {:.1f}", lowest_deg), with(r, &Requirements::lowest_rad, lowest_deg * kDegree)}};
+  for (double angle_deg = std::ceil(in_degrees(r.camera_angle_rad)); angle_deg < 150; ++angle_deg) {
+    if (Image(r, angle_deg * kDegree).band_rad() < required_rad) continue;
     near.push_back({fmt::format("a camera of {:.0f} degrees", angle_deg),
-                    with(w, &Wishes::camera_angle_rad, angle_deg * kDegree)});
+                    with(r, &Requirements::camera_angle_rad, angle_deg * kDegree)});
     break;
   }
   throw CannotBe(
       "elevations from {:.4g} to {:.4g} degrees are a band of {:.4g} degrees, and a camera of {:.4g} degrees shows "
       "{:.1f} "
       "in a mirror{}",
-      in_degrees(w.lowest_rad), in_degrees(w.highest_rad), in_degrees(wished_rad), in_degrees(w.camera_angle_rad),
+      in_degrees(r.lowest_rad), in_degrees(r.highest_rad), in_degrees(required_rad), in_degrees(r.camera_angle_rad),
       in_degrees(band_rad), nearest(near));
 }
 
 /// Refuses what is left when the image's band is wide enough.
-[[noreturn]] void refuse(const Wishes& w, const Attempt& tried) {
+[[noreturn]] void refuse(const Requirements& r, const Attempt& tried) {
   if (tried.nearest_floor_m) {
-    Wishes farther = w;
+    Requirements farther = r;
     farther.floor_from_m = std::ceil(100 * *tried.nearest_floor_m) / 100;
-    throw CannotBe("both mirrors see the floor from {:.2f} m on at best, and {:.2f} m are wished{}",
-                   *tried.nearest_floor_m, *w.floor_from_m,
+    throw CannotBe("both mirrors see the floor from {:.2f} m on at best, and {:.2f} m are required{}",
+                   *tried.nearest_floor_m, *r.floor_from_m,
                    nearest({{fmt::format("{:.2f} m", *farther.floor_from_m), farther}}));
   }
-  const Image image(w, w.camera_angle_rad);
-  const double lowest_rad = w.lowest_rad - tried.spare_rad / 2;
-  const Unit largest_unit = unit_of(image, lowest_rad, w.greatest_radius_m);
+  const Image image(r, r.camera_angle_rad);
+  const double lowest_rad = r.lowest_rad - tried.spare_rad / 2;
+  const Unit largest_unit = unit_of(image, lowest_rad, r.greatest_radius_m);
   if (largest_unit.tip_m < kLeastLensToTip_m) {
-    const double angle_rad = first_that_can(w, &Wishes::camera_angle_rad, 0.9);
-    const double radius_m = first_that_can(w, &Wishes::greatest_radius_m, 1.1);
+    const double angle_rad = first_that_can(r, &Requirements::camera_angle_rad, 0.9);
+    const double radius_m = first_that_can(r, &Requirements::greatest_radius_m, 1.1);
     throw CannotBe(
         "a mirror of radius {:.0f} mm and {:.1f} degrees would be {:.1f} mm from the lens of a camera of {:.4g} "
         "degrees, "
         "must be at least {:.0f} mm{}",
-        in_mm(w.greatest_radius_m), in_degrees(largest_unit.apex_rad), in_mm(largest_unit.tip_m),
-        in_degrees(w.camera_angle_rad), in_mm(kLeastLensToTip_m),
+        in_mm(r.greatest_radius_m), in_degrees(largest_unit.apex_rad), in_mm(largest_unit.tip_m),
+        in_degrees(r.camera_angle_rad), in_mm(kLeastLensToTip_m),
         nearest({{fmt::format("mirrors of radius {:.0f} mm", std::ceil(in_mm(radius_m))),
-                  with(w, &Wishes::greatest_radius_m, std::ceil(in_mm(radius_m)) / 1000)},
+                  with(r, &Requirements::greatest_radius_m, std::ceil(in_mm(radius_m)) / 1000)},
                  {fmt::format("a camera of {:.1f} degrees", in_degrees(angle_rad)),
-                  with(w, &Wishes::camera_angle_rad, angle_rad)}}));
+                  with(r, &Requirements::camera_angle_rad, angle_rad)}}));
   }
   // The smallest mirrors leave most room for the separation.
   double radius_m = kLeastRadius_m;
   while (unit_of(image, lowest_rad, radius_m).tip_m < kLeastLensToTip_m) radius_m += kMillimetre_m;
-  const auto best = separation_for(w, unit_of(image, lowest_rad, radius_m));
-  const double height_m = first_that_can(w, &Wishes::greatest_height_m, 1.1);
+  const auto best = separation_for(r, unit_of(image, lowest_rad, radius_m));
+  const double height_m = first_that_can(r, &Requirements::greatest_height_m, 1.1);
   const Near taller{fmt::format("a greatest height of {:.0f} mm", std::ceil(in_mm(height_m))),
-                    with(w, &Wishes::greatest_height_m, std::ceil(in_mm(height_m)) / 1000)};
+                    with(r, &Requirements::greatest_height_m, std::ceil(in_mm(height_m)) / 1000)};
   if (!best) {
     throw CannotBe("two mirrors with their cameras over a lens at {:.0f} mm are higher than {:.0f} mm{}",
-                   in_mm(w.lens_height_m), in_mm(w.greatest_height_m), nearest({taller}));
+                   in_mm(r.lens_height_m), in_mm(r.greatest_height_m), nearest({taller}));
   }
   if (!std::isfinite(best->sigma_m)) {
-    const double at_m = first_that_can(w, &Wishes::at_m, 1.1);
-    throw CannotBe("both mirrors show nothing in common {:.3g} m away{}", w.at_m,
-                   nearest({{fmt::format("the same sigma at {:.2f} m", at_m), with(w, &Wishes::at_m, at_m)}}));
+    const double at_m = first_that_can(r, &Requirements::at_m, 1.1);
+    throw CannotBe("both mirrors show nothing in common {:.3g} m away{}", r.at_m,
+                   nearest({{fmt::format("the same sigma at {:.2f} m", at_m), with(r, &Requirements::at_m, at_m)}}));
   }
   const double sigma_m = std::ceil(1e4 * best->sigma_m) / 1e4;
   throw CannotBe(
       "a range at {:.3g} m can have a sigma of {:.1f} mm at best within a height of {:.0f} mm, and {:.1f} mm are "
-      "wished{}",
-      w.at_m, in_mm(best->sigma_m), in_mm(w.greatest_height_m), in_mm(w.sigma_m),
-      nearest({{fmt::format("{:.1f} mm", in_mm(sigma_m)), with(w, &Wishes::sigma_m, sigma_m)}, taller}));
+      "required{}",
+      r.at_m, in_mm(best->sigma_m), in_mm(r.greatest_height_m), in_mm(r.sigma_m),
+      nearest({{fmt::format("{:.1f} mm", in_mm(sigma_m)), with(r, &Requirements::sigma_m, sigma_m)}, taller}));
 }
 
 }  // namespace
@@ -289,21 +289,21 @@ double Design::height_m() const {
   return lens_height_m + mirror_separation_m + lens_to_tip_m + cone_height_m() + kPlate_m;
 }
 
-Design design(const Wishes& wishes) {
-  check(wishes);
-  const Attempt tried = attempt(wishes);
+Design design(const Requirements& requirements) {
+  check(requirements);
+  const Attempt tried = attempt(requirements);
   if (tried.found) return *tried.found;
-  if (tried.spare_rad < 0) refuse_band(wishes);
-  if (!tried.nearest_floor_m && wishes.floor_from_m) {
-    // Something else cannot be, or no pair for the other wishes ever sees the floor.
-    Wishes others = wishes;
+  if (tried.spare_rad < 0) refuse_band(requirements);
+  if (!tried.nearest_floor_m && requirements.floor_from_m) {
+    // Something else cannot be, or no pair for the other requirements ever sees the floor.
+    Requirements others = requirements;
     others.floor_from_m.reset();
     const Attempt without = attempt(others);
     if (!without.found) refuse(others, without);
     throw CannotBe("both mirrors never see the floor with elevations from {:.4g} degrees on; a lower one is required",
-                   in_degrees(wishes.lowest_rad));
+                   in_degrees(requirements.lowest_rad));
   }
-  refuse(wishes, tried);
+  refuse(requirements, tried);
 }
 
 }  // namespace twocone::design

@@ -13,9 +13,9 @@
 
 namespace twocone::design {
 
-/// What a builder wishes of a pair of mirrors, and what he has. Elevations are seen from a mirror's eye (the point V of
-/// vision::MirrorView), counted from the horizon upwards.
-struct Wishes {
+/// What a pair of mirrors is required to do, and what there is to build it from. Elevations are seen from a mirror's
+/// eye (the point V of vision::MirrorView), counted from the horizon upwards.
+struct Requirements {
   // ---- the cameras, two of a kind
   int width_px = 640, height_px = 480;
   double camera_angle_rad = 48 * std::numbers::pi / 180;  ///< field of view along the image's shorter side, in (0, pi)
@@ -45,8 +45,8 @@ struct Design {
   [[nodiscard]] double height_m() const;
 };
 
-/// No pair of cones does what is wished. The message has one line for each thing that cannot be, with the nearest that
-/// can.
+/// No pair of cones does what is required. The message has one line for each thing that cannot be, with the nearest
+/// that can.
 struct CannotBe : base::FormattedError {
   using Formatted::Formatted;
 };
@@ -56,15 +56,15 @@ constexpr double kPlate_m = 0.010, kCamera_m = 0.060;
 /// A lens that is nearer to a mirror's tip does not focus, and sees itself.
 constexpr double kLeastLensToTip_m = 0.025;
 
-/// Returns the pair of cones that does what is wished with the largest mirrors, because tolerances count least there,
+/// Returns the pair of cones that does what is required with the largest mirrors, because tolerances count least there,
 /// and then the least separation: a larger one makes ranges more accurate, but both mirrors then see less in common.
-/// The whole image is used: what the cameras show beyond the wishes is given to both ends.
+/// The whole image is used: what the cameras show beyond what is required is given to both ends.
 ///
 /// With the image's focal length f, the rim at r_m px and the cone's angle A, a mirror shows the elevations from
 /// pi/2 - A + atan(innermost / f) to pi/2 - A + atan(r_m / f); and d / R = f / r_m - cot(A / 2). Measures are rounded
 /// to what can be made: millimetres and tenths of a degree.
-/// @throws std::invalid_argument naming each wish outside its domain; CannotBe
-Design design(const Wishes& wishes);
+/// @throws std::invalid_argument naming each requirement outside its domain; CannotBe
+Design design(const Requirements& requirements);
 
 /// The files of a design.
 struct Files {
@@ -75,7 +75,7 @@ Files files_in(const std::filesystem::path& folder, const std::string& name);
 
 /// Writes the simulated robot, which runs as it is, its map and its scene, and the profile of the mirror for a lathe
 /// (DXF, millimetres).
-/// @param room the map of a room with a scene, whose robot is left out; nothing: a room of 6 x 5 m with six pillars
+/// @param room the map of a room with a scene, whose robot is left out; nothing: a room of 6 x 5 m with six landmarks
 /// that both mirrors show from near by to far away
 /// @throws std::runtime_error: a file cannot be written, or the scene's robot cannot be left out
 void write_robot(const Design& design, const std::optional<config::Map>& room, const Files& files);

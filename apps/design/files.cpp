@@ -17,7 +17,7 @@
 namespace twocone::design {
 namespace {
 
-constexpr double kPillarRadius_m = 0.12;
+constexpr double kLandmarkRadius_m = 0.12;
 
 /// A room of 6 x 5 m. One unit is one metre: world (x, y, z) is <x, z, y>.
 constexpr const char* kRoom = R"(#version 3.7;
@@ -38,36 +38,36 @@ box { <3, -0.05, -2.5> <3.1, 2.4, 2.5> Room_Print(<0.30, 0.33, 0.36>, <0.66, 0.7
 box { <-3.1, -0.05, -2.5> <-3, 2.4, 2.5> Room_Print(<0.42, 0.38, 0.34>, <0.74, 0.71, 0.68>, 0.15) no_shadow }
 )";
 
-/// The six pillars of the room, as those of the lab.
-std::vector<Landmark> pillars(double top_m) {
-  struct Pillar {
+/// The six landmarks of the room, as those of the lab.
+std::vector<Landmark> landmarks_of_room(double top_m) {
+  struct Place {
     const char* name;
     std::array<double, 3> colour;
     double x_m, y_m;
   };
-  constexpr std::array<Pillar, 6> kPillars{{{"red", {0.80, 0.03, 0.03}, -2.45, -0.35},
-                                            {"green", {0.03, 0.80, 0.03}, -1.40, 1.95},
-                                            {"blue", {0.03, 0.03, 0.80}, 1.50, 1.95},
-                                            {"cyan", {0.03, 0.80, 0.80}, 2.45, 0.30},
-                                            {"magenta", {0.80, 0.03, 0.80}, 1.30, -1.95},
-                                            {"yellow", {0.80, 0.80, 0.03}, -1.50, -1.95}}};
+  constexpr std::array<Place, 6> kPlaces{{{"red", {0.80, 0.03, 0.03}, -2.45, -0.35},
+                                          {"green", {0.03, 0.80, 0.03}, -1.40, 1.95},
+                                          {"blue", {0.03, 0.03, 0.80}, 1.50, 1.95},
+                                          {"cyan", {0.03, 0.80, 0.80}, 2.45, 0.30},
+                                          {"magenta", {0.80, 0.03, 0.80}, 1.30, -1.95},
+                                          {"yellow", {0.80, 0.80, 0.03}, -1.50, -1.95}}};
   std::vector<Landmark> landmarks;
-  for (const auto& [name, colour, x_m, y_m] : kPillars) {
+  for (const auto& [name, colour, x_m, y_m] : kPlaces) {
     landmarks.push_back(
-        {.name = name, .colour = colour, .x_m = x_m, .y_m = y_m, .radius_m = kPillarRadius_m, .top_m = top_m});
+        {.name = name, .colour = colour, .x_m = x_m, .y_m = y_m, .radius_m = kLandmarkRadius_m, .top_m = top_m});
   }
   return landmarks;
 }
 
-/// Returns the height of pillars whose tops both mirrors show at most distances from 1 to 5 m.
-double pillar_top_m(const Sight& sight) {
+/// Returns the height of landmarks whose tops both mirrors show at most distances from 1 to 5 m.
+double landmark_top_m(const Sight& sight) {
   double best_m = 0;
   int most = -1;
   for (int k = 10; k <= 180; ++k) {
     const double top_m = 0.01 * k;
     int count = 0;
     for (int i = 10; i <= 50; ++i) {
-      const double near_m = 0.1 * i - kPillarRadius_m;
+      const double near_m = 0.1 * i - kLandmarkRadius_m;
       // A little room over the top: outlines need what is beside them.
       const auto both = [&](double height_m) {
         return sight.shows(vision::Side::kLower, near_m, height_m) &&
@@ -149,7 +149,7 @@ effects: {{slip: 0.01, encoder_counts_per_turn: 1024}}
 
 std::string text_of_own_map(const Files& files, const std::vector<Landmark>& landmarks) {
   std::string text = fmt::format(
-      "# SPDX-License-Identifier: Apache-2.0\n#\n# Map of {0}, by `twocone design`: a room with pillars that both "
+      "# SPDX-License-Identifier: Apache-2.0\n#\n# Map of {0}, by `twocone design`: a room with landmarks that both "
       "mirrors "
       "of the robot show.\nscene: {0}\nunit_m: 1\nbounds_m: {{x: [-3, 3], y: [-2.5, 2.5]}}\nlandmark_sigma_m: "
       "0\nlandmarks:\n",
@@ -198,11 +198,11 @@ void write_robot(const Design& design, const std::optional<config::Map>& room, c
                                     {fmt::format("Map of {}, by `twocone design`.", files.scene.filename().string())}));
   }
   // The robot file needs its map before it can be read.
-  if (!room) runlog::write_whole(files.map, text_of_own_map(files, pillars(1)));
+  if (!room) runlog::write_whole(files.map, text_of_own_map(files, landmarks_of_room(1)));
   runlog::write_whole(files.robot, text_of_robot(design, files, start));
   exact.built = config::read_robot(files.robot);
   if (!room) {
-    const std::vector<Landmark> landmarks = pillars(pillar_top_m(Sight(config::to_rig(exact.built))));
+    const std::vector<Landmark> landmarks = landmarks_of_room(landmark_top_m(Sight(config::to_rig(exact.built))));
     runlog::write_whole(files.map, text_of_own_map(files, landmarks));
     exact.built_map.landmarks = landmarks;
     exact.landmarks.resize(landmarks.size());

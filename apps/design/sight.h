@@ -15,7 +15,7 @@
 #include "vision/uncertain_rig.h"
 
 /// The design of rigs: what a pair of mirrors sees, how accurately, and the measures of a pair that does what a builder
-/// wishes.
+/// requirements.
 namespace twocone::design {
 
 /// Elevations that a view shows, from its eye (the point V of vision::MirrorView), straight ahead.

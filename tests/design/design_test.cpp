@@ -34,42 +34,42 @@ constexpr double kRounding_rad = 0.15 * kDegree;
 
 Sight sight_of(const config::Robot& robot) { return Sight(config::to_rig(robot)); }
 
-config::Robot built(const Wishes& wishes, const TemporaryFolder& folder) {
-  const Files files = files_in(folder.path(), "wished");
-  write_robot(design(wishes), std::nullopt, files);
+config::Robot built(const Requirements& requirements, const TemporaryFolder& folder) {
+  const Files files = files_in(folder.path(), "required");
+  write_robot(design(requirements), std::nullopt, files);
   return config::read_robot(files.robot);
 }
 
-void expect_fulfilled(const Wishes& wishes, const config::Robot& robot) {
+void expect_fulfilled(const Requirements& requirements, const config::Robot& robot) {
   const Sight sight = sight_of(robot);
   for (const auto* view : {&sight.rig().lower, &sight.rig().upper}) {
-    EXPECT_LE(elevations_of(*view).lowest_rad, wishes.lowest_rad + kRounding_rad);
-    EXPECT_GE(elevations_of(*view).highest_rad, wishes.highest_rad - kRounding_rad);
-    EXPECT_LE(view->settings().cone.rim_radius_m, wishes.greatest_radius_m + 1e-9);
-    EXPECT_LE(view->settings().rim_radius_px, std::min(wishes.width_px, wishes.height_px) / 2.0);
+    EXPECT_LE(elevations_of(*view).lowest_rad, requirements.lowest_rad + kRounding_rad);
+    EXPECT_GE(elevations_of(*view).highest_rad, requirements.highest_rad - kRounding_rad);
+    EXPECT_LE(view->settings().cone.rim_radius_m, requirements.greatest_radius_m + 1e-9);
+    EXPECT_LE(view->settings().rim_radius_px, std::min(requirements.width_px, requirements.height_px) / 2.0);
   }
-  const auto shared = sight.shared_heights(wishes.at_m);
+  const auto shared = sight.shared_heights(requirements.at_m);
   ASSERT_TRUE(shared);
   for (int k = 0; k <= 10; ++k) {
     const auto sigma_m = sight.range_sigma_m(
-        wishes.at_m, std::lerp(shared->lowest_m, shared->highest_m, (k + 0.01) / 10.02), wishes.sigma_px);
+        requirements.at_m, std::lerp(shared->lowest_m, shared->highest_m, (k + 0.01) / 10.02), requirements.sigma_px);
     ASSERT_TRUE(sigma_m);
-    EXPECT_LE(*sigma_m, 1.01 * wishes.sigma_m);
+    EXPECT_LE(*sigma_m, 1.01 * requirements.sigma_m);
   }
-  if (wishes.floor_from_m) {
+  if (requirements.floor_from_m) {
     ASSERT_TRUE(sight.floor_from_m());
-    EXPECT_LE(*sight.floor_from_m(), *wishes.floor_from_m);
+    EXPECT_LE(*sight.floor_from_m(), *requirements.floor_from_m);
   }
   const auto& cone = sight.rig().upper.settings().cone;
   EXPECT_LE(sight.rig().upper.tip_m().z() + cone.rim_radius_m / std::tan(cone.apex_rad / 2) + kPlate_m,
-            wishes.greatest_height_m + 1e-9);
+            requirements.greatest_height_m + 1e-9);
   // The upper camera is above the lower mirror.
   EXPECT_GE(sight.rig().upper.lens_m().z() - kCamera_m,
             sight.rig().lower.tip_m().z() + cone.rim_radius_m / std::tan(cone.apex_rad / 2) + kPlate_m - 1e-3);
 }
 
-std::vector<Wishes> wishes_that_can_be() {
-  std::vector<Wishes> all(5);
+std::vector<Requirements> requirements_that_can_be_met() {
+  std::vector<Requirements> all(5);
   all[1].lowest_rad = 1 * kDegree;
   all[1].highest_rad = 15 * kDegree;
   all[2].camera_angle_rad = 61.7 * kDegree;
@@ -85,41 +85,42 @@ std::vector<Wishes> wishes_that_can_be() {
   return all;
 }
 
-TEST(Design, DoesWhatIsWished) {
+TEST(Design, DoesWhatIsRequired) {
   const TemporaryFolder folder;
-  for (const Wishes& wishes : wishes_that_can_be()) expect_fulfilled(wishes, built(wishes, folder));
+  for (const Requirements& requirements : requirements_that_can_be_met())
+    expect_fulfilled(requirements, built(requirements, folder));
 }
 
 TEST(Design, TakesLargeMirrorsAndTheLeastSeparation) {
-  Wishes wishes;
-  const Design usual = design(wishes);
-  EXPECT_NEAR(usual.mirror_radius_m, wishes.greatest_radius_m, 1e-9);
-  wishes.sigma_m = 0.006;
-  const Design accurate = design(wishes);
+  Requirements requirements;
+  const Design usual = design(requirements);
+  EXPECT_NEAR(usual.mirror_radius_m, requirements.greatest_radius_m, 1e-9);
+  requirements.sigma_m = 0.006;
+  const Design accurate = design(requirements);
   EXPECT_GT(accurate.mirror_separation_m, usual.mirror_separation_m);
-  wishes.sigma_m = 1;
-  EXPECT_LE(design(wishes).mirror_separation_m, usual.mirror_separation_m);
+  requirements.sigma_m = 1;
+  EXPECT_LE(design(requirements).mirror_separation_m, usual.mirror_separation_m);
 }
 
-/// Wishes that cannot be, and what the refusal begins with.
+/// Requirements that cannot be, and what the refusal begins with.
 struct Refusal {
-  Wishes wishes;
+  Requirements requirements;
   std::string reason;
 };
 std::vector<Refusal> refusals() {
   std::vector<Refusal> all(5);
-  all[0].wishes.lowest_rad = -10 * kDegree;
-  all[0].wishes.highest_rad = 40 * kDegree;
+  all[0].requirements.lowest_rad = -10 * kDegree;
+  all[0].requirements.highest_rad = 40 * kDegree;
   all[0].reason = "elevations from -10 to 40 degrees are a band of 50 degrees";
-  all[1].wishes.sigma_m = 0.0041;
+  all[1].requirements.sigma_m = 0.0041;
   all[1].reason = "a range at 3 m can have a sigma of";
-  all[2].wishes.floor_from_m = 0.7;
+  all[2].requirements.floor_from_m = 0.7;
   all[2].reason = "both mirrors see the floor from";
-  all[3].wishes.greatest_height_m = 0.37;
+  all[3].requirements.greatest_height_m = 0.37;
   all[3].reason = "two mirrors with their cameras over a lens at 250 mm are higher than 370 mm";
-  all[4].wishes.camera_angle_rad = 120 * kDegree;
-  all[4].wishes.lowest_rad = -20 * kDegree;
-  all[4].wishes.highest_rad = 5 * kDegree;
+  all[4].requirements.camera_angle_rad = 120 * kDegree;
+  all[4].requirements.lowest_rad = -20 * kDegree;
+  all[4].requirements.highest_rad = 5 * kDegree;
   all[4].reason = "a mirror of radius 60 mm and 132.2 degrees would be 9.0 mm from the lens";
   return all;
 }
@@ -136,39 +137,39 @@ TEST(Design, RefusesWhatCannotBeAndTheNearestThatItNamesCan) {
   const TemporaryFolder folder;
   const std::vector<Refusal> all = refusals();
   std::vector<std::string> messages;
-  for (const auto& [wishes, reason] : all) {
-    messages.push_back(testing_support::error_of<CannotBe>([&] { (void)design(wishes); }));
+  for (const auto& [requirements, reason] : all) {
+    messages.push_back(testing_support::error_of<CannotBe>([&] { (void)design(requirements); }));
     EXPECT_THAT(messages.back(), AllOf(HasSubstr(reason), HasSubstr("; nearest: "), Not(HasSubstr("\n"))));
   }
-  Wishes near = all[0].wishes;
+  Requirements near = all[0].requirements;
   near.highest_rad = number_after(messages[0], "a highest elevation of") * kDegree;
   expect_fulfilled(near, built(near, folder));
-  near = all[1].wishes;
+  near = all[1].requirements;
   near.greatest_height_m = number_after(messages[1], "a greatest height of") / 1000;
   expect_fulfilled(near, built(near, folder));
-  near = all[1].wishes;
+  near = all[1].requirements;
   near.sigma_m = number_after(messages[1], "nearest:") / 1000;
   expect_fulfilled(near, built(near, folder));
-  near = all[2].wishes;
+  near = all[2].requirements;
   near.floor_from_m = number_after(messages[2], "nearest:");
   expect_fulfilled(near, built(near, folder));
-  near = all[3].wishes;
+  near = all[3].requirements;
   near.greatest_height_m = number_after(messages[3], "a greatest height of") / 1000;
   expect_fulfilled(near, built(near, folder));
-  near = all[4].wishes;
+  near = all[4].requirements;
   near.greatest_radius_m = number_after(messages[4], "nearest: mirrors of radius") / 1000;
   expect_fulfilled(near, built(near, folder));
-  near = all[4].wishes;
+  near = all[4].requirements;
   near.camera_angle_rad = number_after(messages[4], "or a camera of") * kDegree;
   expect_fulfilled(near, built(near, folder));
 }
 
-TEST(Design, RefusesWishesOutsideTheirDomain) {
-  Wishes wishes;
-  wishes.sigma_m = 0;
-  wishes.width_px = 7;
-  wishes.highest_rad = wishes.lowest_rad;
-  EXPECT_THAT(testing_support::error_of<std::invalid_argument>([&] { (void)design(wishes); }),
+TEST(Design, RefusesRequirementsOutsideTheirDomain) {
+  Requirements requirements;
+  requirements.sigma_m = 0;
+  requirements.width_px = 7;
+  requirements.highest_rad = requirements.lowest_rad;
+  EXPECT_THAT(testing_support::error_of<std::invalid_argument>([&] { (void)design(requirements); }),
               AllOf(HasSubstr("sigma_m is 0 m"), HasSubstr("width_px is 7"), HasSubstr("the lowest first")));
 }
 

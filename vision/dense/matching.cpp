@@ -62,6 +62,28 @@ cv::Mat halved_shown(const cv::Mat& shown) {
   return half == 255;
 }
 
+/// Returns the upper view as it would be if its floor had the slopes that the lower view sees it at.
+cv::Mat with_floor_of_lower(const cv::Mat& upper, const FloorLine& floor) {
+  // The upper view spreads the floor over more slopes, which the lower view sees as one.
+  const double spread = 1 - floor.per_slope;
+  const int mean_of = std::max(1, static_cast<int>(std::lround(spread)));
+  cv::Mat blurred;
+  cv::blur(upper, blurred, {mean_of, 1});
+  cv::Mat columns(upper.size(), CV_32F);
+  cv::Mat rows(upper.size(), CV_32F);
+  // An even window's mean is that of half a slope before its anchor.
+  const double anchor = mean_of % 2 == 0 ? 0.5 : 0;
+  for (int row = 0; row < upper.rows; ++row) {
+    for (int i = 0; i < upper.cols; ++i) {
+      columns.at<float>(row, i) = static_cast<float>(i - floor.disparity_px(i) + anchor);
+      rows.at<float>(row, i) = static_cast<float>(row);
+    }
+  }
+  cv::Mat warped;
+  cv::remap(blurred, warped, columns, rows, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return warped;
+}
+
 /// The cells of one azimuth: slopes x disparities, disparities contiguous.
 class Matcher {
  public:
@@ -75,6 +97,13 @@ class Matcher {
         disparities_(std::clamp(greatest_px / 2 + 2, 2, slopes_)),
         stride_((disparities_ + 2 + 15) / 16 * 16) {
     for (const cv::Mat& level : pair.lower) lower_.push_back(normalised(level));
+    if (pair.floor->is_shown()) {
+      floor_ = normalised(with_floor_of_lower(pair.upper, *pair.floor));
+      for (int i = 0; i < slopes_; ++i) {
+        floor_px_.push_back(static_cast<float>(pair.floor->disparity_px(2 * i + 0.5) / 2));
+        spread_ = static_cast<float>(1 - pair.floor->per_slope);
+      }
+    }
     cv::flip(upper_, upper_, 1);  // so that disparities ascend along the columns
     cv::flip(upper_hidden_, upper_hidden_, 1);
   }
@@ -160,7 +189,43 @@ class Matcher {
         const int count = std::min(i + 1, disparities_);
         quarter_of_three(before, here, after, std::size_t(count), sum);
       }
+      if (!floor_.empty()) lower_by_floor(azimuth, out);
       std::rotate(raw.begin(), raw.begin() + 1, raw.end());
+    }
+  }
+
+  /// The cost of the floor at a slope whose disparity differs from the floor's by `off`, of one azimuth.
+  [[nodiscard]] float floor_cost(int azimuth, int slope, float off) const {
+    const float at = static_cast<float>(slope) - off / spread_;
+    const int first = std::clamp(static_cast<int>(std::floor(at)), 0, slopes_ - 2);
+    const float share = at - static_cast<float>(first);
+    const auto* row = floor_.ptr<Byte>(azimuth);
+    const float value = static_cast<float>(row[first]) + share * static_cast<float>(row[first + 1] - row[first]);
+    const int d = static_cast<int>(std::lround(floor_px_[std::size_t(slope)] + off));
+    const int upper = std::clamp(slope - d, 0, slopes_ - 1);
+    const int level = blur_.level(2 * slope, 2 * upper);
+    const float difference = std::abs(float(lower_[std::size_t(level)].at<Byte>(azimuth, slope)) - value);
+    return std::min(difference, float(kTruncated));
+  }
+
+  /// Lowers the costs of an azimuth's cells near the floor's disparity to those of windows that follow the floor.
+  void lower_by_floor(int azimuth, Byte* cells) const {
+    for (int i = 1; i + 1 < slopes_; ++i) {
+      const float floor_px = floor_px_[std::size_t(i)];
+      if (floor_px < 1) break;
+      if (lower_shown_.at<Byte>(azimuth, i) == 0) continue;
+      const int nearest = static_cast<int>(std::lround(floor_px));
+      for (int d = nearest - kFloorReach; d <= nearest + kFloorReach; ++d) {
+        if (d < 0 || d >= std::min(i + 1, disparities_)) continue;
+        if (upper_hidden_.at<Byte>(azimuth, slopes_ - 1 - (i - d)) != 0) continue;
+        const float off = static_cast<float>(d) - floor_px;
+        float sum = 0;
+        for (int a = std::max(azimuth - 1, 0); a <= std::min(azimuth + 1, azimuths_ - 1); ++a) {
+          for (int k = i - 1; k <= i + 1; ++k) sum += floor_cost(a, k, off);
+        }
+        Byte& cell = cells[std::size_t(i) * std::size_t(stride_) + std::size_t(d)];
+        cell = std::min(cell, static_cast<Byte>(sum / 4));
+      }
     }
   }
 
@@ -191,8 +256,37 @@ class Matcher {
     for (int i = slopes_ - 2; i >= 0; --i) step(costs + at(i), &inwards_[at(i + 1)], &inwards_[at(i)]);
   }
 
+  /// Returns where the lower view repeats along the radius, as a blind or a fence does, by slope: some shift of what is
+  /// around a pixel matches it as well as no shift, beyond shifts that do not.
+  [[nodiscard]] std::vector<Byte> repeats(int azimuth) const {
+    const auto* const values = lower_[0].ptr<Byte>(azimuth);
+    const auto window_sums = [this](const auto& of) {
+      std::vector<int> sums(std::size_t(slopes_), 0);
+      int sum = 0;
+      for (int i = 0; i < slopes_ + kAlong; ++i) {
+        if (i < slopes_) sum += of(i);
+        if (i > 2 * kAlong) sum -= of(i - 2 * kAlong - 1);
+        if (i >= kAlong) sums[std::size_t(i - kAlong)] = sum;
+      }
+      return sums;
+    };
+    const std::vector<int> deviations = window_sums([&](int i) { return std::abs(values[i] - 128); });
+    std::vector<Byte> has_left(std::size_t(slopes_), 0);
+    std::vector<Byte> found(std::size_t(slopes_), 0);
+    for (int shift = 1; shift <= kLongestPeriod; ++shift) {
+      const std::vector<int> differences =
+          window_sums([&](int i) { return std::abs(values[i] - values[i + shift < slopes_ ? i + shift : i - shift]); });
+      for (std::size_t i = 0; i < std::size_t(slopes_); ++i) {
+        if (10 * differences[i] >= 8 * deviations[i]) has_left[i] = 1;
+        if (has_left[i] != 0 && 10 * differences[i] < kAlike * deviations[i]) found[i] = 255;
+      }
+    }
+    return found;
+  }
+
   /// Chooses the disparities of an azimuth from `sums_`.
   void choose(int azimuth, MatchedDisparities& matched) {
+    const std::vector<Byte> is_repeated = repeats(azimuth + kHalfSeam);
     // Of the upper view's pixels, by slopes_ - 1 - slope.
     std::vector<std::uint16_t> least(std::size_t(slopes_), std::numeric_limits<std::uint16_t>::max());
     std::vector<std::uint16_t> least_at(std::size_t(slopes_), 0);
@@ -220,11 +314,7 @@ class Matcher {
         if (curvature > 0) exact += 0.5F * static_cast<float>(sum[d - 1] - sum[d + 1]) / curvature;
       }
       disparity[i] = 2 * exact;
-      constexpr int kApart = 3;
-      std::uint16_t second = std::numeric_limits<std::uint16_t>::max();
-      for (int k = 0; k <= d - kApart; ++k) second = std::min(second, sum[k]);
-      for (int k = d + kApart; k < count; ++k) second = std::min(second, sum[k]);
-      repeated[i] = second < best + kUnique + best / 32 ? 255 : 0;
+      repeated[i] = is_repeated[std::size_t(i)];
     }
     for (int i = 0; i < slopes_; ++i) {
       const int d = chosen[std::size_t(i)];
@@ -234,11 +324,17 @@ class Matcher {
     }
   }
 
-  static constexpr int kUnique = 6;
+  static constexpr int kAlong = 8;           ///< reach of a window along the radius
+  static constexpr int kLongestPeriod = 14;  ///< halved pixels
+  static constexpr int kAlike = 5;           ///< tenths of the window's deviation
+  static constexpr int kFloorReach = 2;      ///< halved pixels by which a tilted robot or a low thing moves the floor
 
   const AcrossBlur& blur_;
   std::vector<cv::Mat> lower_;  ///< by level
   cv::Mat upper_, lower_shown_, upper_hidden_;
+  cv::Mat floor_;                ///< the upper view with the floor of the lower one; empty: no floor is shown
+  std::vector<float> floor_px_;  ///< the floor's disparity by slope
+  float spread_ = 1;             ///< slopes of the upper view for each slope of the lower one, on the floor
   int azimuths_, slopes_, disparities_, stride_;
   std::vector<Byte> costs_, ascending_, outwards_, inwards_;
   std::vector<std::uint16_t> sums_;

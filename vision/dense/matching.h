@@ -28,6 +28,17 @@ class AcrossBlur {
   cv::Mat levels_;  ///< CV_8U
 };
 
+/// The floor in the panoramas: its disparity falls linearly with the slope, to 0 at the horizon, often by a step for
+/// each step of slope. Windows and paths that expect equal disparities would lose it.
+struct FloorLine {
+  double per_slope = 0;  ///< of the disparity by the slope index of the lower view, < 0; 0: no view shows the floor
+  double horizon = 0;    ///< slope index of the lower view at which the disparity is 0
+
+  /// Returns the disparity at a slope index of the lower view, in slope steps; negative over the horizon.
+  [[nodiscard]] double disparity_px(double index) const { return per_slope * (index - horizon); }
+  [[nodiscard]] bool is_shown() const { return per_slope < 0 && horizon > 0; }
+};
+
 /// Panoramas of both views, with their seams (dense/panorama.h), CV_32F, of which every pixel's noise has a standard
 /// deviation of 1; and where they show something.
 struct PanoramaPair {
@@ -35,6 +46,7 @@ struct PanoramaPair {
   cv::Mat upper;
   cv::Mat lower_shown, upper_shown;
   const AcrossBlur* blur;
+  const FloorLine* floor;
 };
 
 /// Disparities at half the resolution, a row for each second azimuth (without seam) and a column for each second slope.

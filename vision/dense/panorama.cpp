@@ -13,6 +13,8 @@
 namespace twocone::vision {
 namespace {
 
+// What is between this and kInnermost_px is not ranged, but the windows of what is ranged may reach into it.
+constexpr double kContext_px = 10;
 // Pixels nearer to the rim's circle than this are mixtures with what is beyond it, by interpolation and by a blurred
 // lens.
 constexpr double kMixedRim_px = 2;
@@ -29,7 +31,7 @@ struct Elevations {
   double low_rad, high_rad;
 };
 Elevations elevations_of(const MirrorView& view) {
-  return {elevation_rad(view, kInnermost_px), elevation_rad(view, view.settings().rim_radius_px - kMixedRim_px)};
+  return {elevation_rad(view, kContext_px), elevation_rad(view, view.settings().rim_radius_px - kMixedRim_px)};
 }
 
 }  // namespace
@@ -94,10 +96,10 @@ PanoramaView::PanoramaView(const MirrorView& view, const PanoramaGrid& grid, dou
       const double radius_px = (*undistorted - view.settings().centre_px).norm();
       const bool is_inside =
           pixel.x() >= 1 && pixel.y() >= 1 && pixel.x() <= size.width - 2 && pixel.y() <= size.height - 2;
-      if (is_inside && radius_px >= kInnermost_px && radius_px <= view.settings().rim_radius_px - kMixedRim_px) {
+      if (is_inside && radius_px >= kContext_px / 2 && radius_px <= view.settings().rim_radius_px - kMixedRim_px) {
         columns.at<float>(azimuth, i) = static_cast<float>(pixel.x());
         rows.at<float>(azimuth, i) = static_cast<float>(pixel.y());
-        shown.at<std::uint8_t>(azimuth, i) = 255;
+        if (radius_px >= kInnermost_px) shown.at<std::uint8_t>(azimuth, i) = 255;
       }
       const Eigen::Vector2d from_m = ray->origin_m.head<2>();
       const double forward = ray->direction.head<2>().dot(along);

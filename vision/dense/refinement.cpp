@@ -32,7 +32,7 @@ constexpr float kFloor_px = 0.05F;
 constexpr float kAlike = 8;
 // Share of the variance of a window's disparities about a plane that is counted as variance of their mean: at an edge,
 // a window holds disparities of both sides.
-constexpr float kSpread = 0.3F;
+constexpr float kSpread = 1.0F;
 // A slant of the window's plane must explain many times the variance about it before it moves the middle.
 constexpr float kSlantDoubt = 320;
 // Fewer pixels are no window.

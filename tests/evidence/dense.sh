@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Range to everything: rooms with texture and without, judged by the native renderer's distances, beside OpenCV's StereoSGBM.
+sources=(CMakeLists.txt CMakePresets.json cmake include base hal vision localisation drivers apps scenes robots bench)
+. "$(dirname "$0")/common.sh"
+export OMP_NUM_THREADS=1
+examples=/usr/share/doc/povray/examples
+
+judged() { build/release/bench/dense_bench "$2" --poses "$3" --antialias 3 --repeats 5 --json "$work/$1.json"; } # NAME ROBOT POSES
+of() { jq -r ".[0].$2 // 0" "$work/$1.json" 2>/dev/null || echo 0; } # NAME KEY
+percent() { awk "BEGIN { printf \"%.1f %%\", 100 * $1 }"; }
+figure_of() { awk "BEGIN { printf \"%.3g\", $1 }"; }
+
+# room NAME WHAT ROBOT POSES texture|plain
+room() {
+  local name=$1 what=$2 robot=$3 poses=$4 kind=$5 key
+  step "$name" judged "$name" "$robot" "$poses"
+  if [ "$(passed "$name")" != yes ] || [ ! -s "$work/$name.json" ]; then
+    row "$what" "$(log "$name" | tail -n 1)" "figures" no
+    return
+  fi
+  local ranged relative median over held unknown
+  ranged=$(of "$name" ours.ranged) relative=$(of "$name" ours.relative_error) median=$(of "$name" ours.median_px)
+  over=$(of "$name" ours.over_1px) held=$(of "$name" ours.held_95) unknown=$(of "$name" ours.plain_unknown)
+  if [ "$kind" = texture ]; then
+    row "$what: of $(of "$name" ours.textured) textured pixels that both mirrors see within 5 m, ranged (StereoSGBM)" \
+      "$(percent "$ranged") ($(percent "$(of "$name" opencv.ranged)"))" "at least 90 %" "$(holds "$ranged >= 0.9")"
+    row "$what: mean relative error (StereoSGBM)" "$(figure_of "$relative") ($(figure_of "$(of "$name" opencv.relative_error)"))" "at most 0.02" "$(holds "$relative <= 0.02")"
+    row "$what: median error of the disparity, px (StereoSGBM)" "$(figure_of "$median") ($(figure_of "$(of "$name" opencv.median_px)"))" "at most 0.25" "$(holds "$median <= 0.25")"
+    row "$what: more than 1 px off (StereoSGBM)" "$(percent "$over") ($(percent "$(of "$name" opencv.over_1px)"))" "at most 5 %" "$(holds "$over <= 0.05")"
+    row "$what: 95 % intervals hold" "$(percent "$held")" "92 to 98 %" "$(holds "$held >= 0.92 && $held <= 0.98")"
+  fi
+  row "$what: of $(of "$name" ours.plain) untextured pixels, unknown" "$(percent "$unknown")" "at least 95 %" "$(holds "$unknown >= 0.95")"
+  local ours half theirs
+  ours=$(of "$name" ours_ms) half=$(of "$name" half_ms) theirs=$(of "$name" opencv_ms)
+  row "$what: processor time over that of StereoSGBM, medians of $(figure_of "$ours") and $(figure_of "$theirs") ms" \
+    "$(figure_of "$ours / $theirs")" "at most 1" "$(holds "$ours <= $theirs")"
+  row "$what: half the azimuths, as a scan needs, likewise" "$(figure_of "$half / $theirs")" "at most 0.33" "$(holds "$half <= 0.333 * $theirs")"
+}
+
+room study "the study, patterns" robots/scout_sim.yaml 10 texture
+step make_designed "$twocone" design --out "$work/designed"
+room designed "the room of \`twocone design\`, patterns" "$work/designed/design.yaml" 6 texture
+room study_plain "the study, plain paint" robots/scout_plain_sim.yaml 4 plain
+room lab "the lab" robots/lab_sim.yaml 4 texture
+room workshop "the workshop" robots/workshop_sim.yaml 4 texture
+room furnished "the furnished room" robots/furnished_sim.yaml 4 texture
+
+# Truth needs the native renderer. Of the scenes in these folders it renders those that are counted here.
+all_examples() {
+  local scene name made=0 known=0
+  for scene in "$examples"/{advanced,interior,lights,objectmods,objects,textures}/*.pov; do
+    name=$(basename "$scene" .pov)
+    timeout 60 "$twocone" new "$scene" --out "$work/examples" --force >/dev/null 2>&1 || continue
+    made=$((made + 1))
+    timeout 120 build/release/bench/dense_bench "$work/examples/${name//[^A-Za-z0-9-]/_}.yaml" --poses 1 --antialias 3 --repeats 1 --json "$work/example.json" >/dev/null 2>"$work/example.log" || continue
+    [ "$(jq length "$work/example.json")" = 1 ] || { tail -n 1 "$work/example.log"; continue; }
+    known=$((known + 1))
+    jq -r --arg name "$name" '.[0].ours | "\($name): \(.textured) textured pixels, ranged \(.ranged), more than 1 px off \(.over_1px)"' "$work/example.json"
+  done
+  echo "robots in $made scenes, $known of them rendered by the native renderer"
+}
+step examples all_examples
+row "scenes of povray-examples" "$(log examples | tail -n 1)" "five scenes with texture" no
+block "scenes of povray-examples, or why their distances are not known" "$(log examples)"
+page "range to everything"
