@@ -398,7 +398,7 @@ nlohmann::json measured(const std::string& file, const Options& options) {
   const DenseRanging ranging(vision::UncertainRig(rig), size,
                              {.azimuths = options.azimuths, .nearest_m = options.nearest_m});
   const DenseRanging half(vision::UncertainRig(rig), size,
-                          {.azimuths = options.azimuths / 2, .nearest_m = options.nearest_m});
+                          {.azimuths = options.azimuths / 2, .rounds = 1, .nearest_m = options.nearest_m});
   const Judge judge(rig, ranging, options);
   std::mt19937_64 random(options.seed);
   Score ours;

@@ -23,8 +23,8 @@ namespace {
 // Least deviation of a pixel's mean of r, g and b, in grey levels. Rounding to 8 bits has 0.3 per channel, and where
 // there is no noise it is the same in all of them.
 constexpr double kLeastNoise_grey = 0.3;
-// Where everything has texture, no part of the image shows noise alone, and what is measured there is texture. No camera
-// that is of use is noisier than this: a full well of 1,500 electrons, 15 of them read noise.
+// Where everything has texture, no part of the image shows noise alone, and what is measured there is texture. No
+// camera that is of use is noisier than this: a full well of 1,500 electrons, 15 of them read noise.
 constexpr double kMostShot = 1.0 / 1500;
 constexpr double kMostRead = 15.0 / 1500;
 // Texture: the gradient energy of a window over that of noise. That of noise alone seldom exceeds this
@@ -70,6 +70,7 @@ void check(const Rig& rig, cv::Size size, const DenseSettings& settings) {
   base::Complaints bad;
   bad.require(settings.azimuths >= 64 && settings.azimuths % 2 == 0, "azimuths is {}, must be even and >= 64",
               settings.azimuths);
+  bad.within("rounds", settings.rounds, 1, 3);
   bad.require(base::is_positive(settings.nearest_m), "nearest_m is {} m, must be > 0", settings.nearest_m);
   bad.require(size.width > 0 && size.height > 0, "the images' size is {} x {}, must be > 0", size.width, size.height);
   for (const Side side : {Side::kLower, Side::kUpper}) {
@@ -166,8 +167,11 @@ RangeImage DenseRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
   const std::array<NoiseModel, 2> noises =
       noise ? *noise : std::array{measured_noise(lower, rig.lower), measured_noise(upper, rig.upper)};
   const PanoramaPair pair{AcrossBlur::blurred(views[0].resample(levels(lower, stabilised(noises[0])))),
-                          views[1].resample(levels(upper, stabilised(noises[1]))), views[0].shown(), views[1].shown(),
-                          &impl_->blur, &impl_->floor};
+                          views[1].resample(levels(upper, stabilised(noises[1]))),
+                          views[0].shown(),
+                          views[1].shown(),
+                          &impl_->blur,
+                          &impl_->floor};
   const MatchedDisparities matched = match(pair, impl_->greatest_px);
 
   const PanoramaGrid& grid = impl_->grid;
@@ -181,7 +185,8 @@ RangeImage DenseRanging::measure(const cv::Mat& lower, const cv::Mat& upper,
   cv::resize(matched.is_unchecked, unchecked, full, 0, 0, cv::INTER_NEAREST);
   cv::resize(matched.is_repeated, repeated, full, 0, 0, cv::INTER_NEAREST);
   const cv::Mat lower_shown = without_seam(views[0].shown());
-  const RefinedDisparities refined = refine(pair, start, ~unchecked & lower_shown, views[1].widths_px());
+  const RefinedDisparities refined =
+      refine(pair, start, ~unchecked & lower_shown, views[1].widths_px(), impl_->settings.rounds);
 
   RangeImage image{grid,
                    cv::Mat(full, CV_8U),

@@ -50,6 +50,7 @@ struct PanoramaGrid {
 
 struct DenseSettings {
   int azimuths = 720;      ///< even, >= 64. Half as many take half the time and see half as sharply across
+  int rounds = 3;          ///< of least squares, 1 to 3. One is enough for a scan, and takes a third of their time
   double nearest_m = 0.3;  ///< horizontal distance from the body's origin at which the search ends, > 0
   /// Non-zero (CV_8U, of the image's size) where a view shows the robot itself, which moves with it; empty: nowhere.
   /// lower, upper

@@ -20,7 +20,7 @@ gives() {
 gives 'help' 0 '^Usage: twocone \[OPTIONS\] SUBCOMMAND' "$twocone" help
 gives 'help of a command' 0 '^Usage: twocone compare \[OPTIONS\] RUN \[RUN\]$' "$twocone" help compare
 gives 'help of no command' 2 "no subcommand 'localize', did you mean localise\?" "$twocone" help localize
-for command in run localise report serve effects new as-built design print-bands look calibrate survey import devices doctor tradeoff compare; do
+for command in run localise report serve effects new as-built design scan print-bands look calibrate survey import devices doctor tradeoff compare; do
   "$twocone" help "$command" >"$work/help" || fail "help $command: exit $?"
   "$twocone" "$command" --help | cmp -s - "$work/help" || fail "help $command is not what $command --help prints"
 done

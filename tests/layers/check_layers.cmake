@@ -9,7 +9,7 @@ cmake_minimum_required(VERSION 3.25)
 # The first area that fits is used. DRIVER is the driver's own folder.
 set(areas base hal vision localisation drivers/backends drivers/DRIVER
           apps/behaviours apps/config apps/estimation apps/runlog apps/telemetry apps/web apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate apps/survey
-          apps/look apps/compare apps/doctor apps/import apps/new_scene apps/as_built apps/design apps/print_bands apps/tradeoff apps/interface apps/viewer apps/twocone include bench examples)
+          apps/look apps/compare apps/doctor apps/import apps/new_scene apps/as_built apps/design apps/scan apps/print_bands apps/tradeoff apps/interface apps/viewer apps/twocone include bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/pixel_truth.h drivers/sim_povray/place.h
                 drivers/sim_povray/scene_geometry.h drivers/sim_povray/scene_views.h drivers/sim_povray/session_settings.h
@@ -47,6 +47,7 @@ set(may_apps/import apps/import apps/runlog apps/estimation/method.h apps/config
 set(may_apps/new_scene apps/new_scene ${common})
 set(may_apps/as_built apps/as_built ${common})
 set(may_apps/design apps/design apps/as_built/as_built.h apps/web/document.h ${common})
+set(may_apps/scan apps/scan ${common})
 set(may_apps/print_bands apps/print_bands base vision)
 set(may_apps/tradeoff apps/tradeoff apps/report/kit apps/web/document.h ${common})
 set(may_apps/twocone apps ${common})
@@ -78,7 +79,7 @@ set(home_hal hal)
 set(home_vision vision)
 set(home_localisation localisation)
 set(home_backends drivers/backends.h)
-foreach(app behaviours config estimation runlog runs error_budget report calibrate survey look compare doctor new_scene as_built design print_bands tradeoff telemetry web viewer)
+foreach(app behaviours config estimation runlog runs error_budget report calibrate survey look compare doctor new_scene as_built design scan print_bands tradeoff telemetry web viewer)
   set(home_${app} apps/${app})
 endforeach()
 

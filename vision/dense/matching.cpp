@@ -99,9 +99,9 @@ class Matcher {
     for (const cv::Mat& level : pair.lower) lower_.push_back(normalised(level));
     if (pair.floor->is_shown()) {
       floor_ = normalised(with_floor_of_lower(pair.upper, *pair.floor));
+      spread_ = static_cast<float>(1 - pair.floor->per_slope);
       for (int i = 0; i < slopes_; ++i) {
         floor_px_.push_back(static_cast<float>(pair.floor->disparity_px(2 * i + 0.5) / 2));
-        spread_ = static_cast<float>(1 - pair.floor->per_slope);
       }
     }
     cv::flip(upper_, upper_, 1);  // so that disparities ascend along the columns
@@ -177,6 +177,12 @@ class Matcher {
     std::vector<Byte> across(cells);
     raw_costs(0, raw[0]);
     raw_costs(0, raw[1]);
+    std::array<std::vector<std::uint16_t>, 3> raw_floor;
+    if (!floor_.empty()) {
+      raw_floor.fill(std::vector<std::uint16_t>(std::size_t(slopes_) * (2 * kFloorReach + 1)));
+      raw_floor_costs(0, raw_floor[0]);
+      raw_floor_costs(0, raw_floor[1]);
+    }
     for (int azimuth = 0; azimuth < azimuths_; ++azimuth) {
       raw_costs(std::min(azimuth + 1, azimuths_ - 1), raw[2]);
       add_three(raw[0].data(), raw[1].data(), raw[2].data(), cells, across.data());  // at most 189
@@ -189,39 +195,52 @@ class Matcher {
         const int count = std::min(i + 1, disparities_);
         quarter_of_three(before, here, after, std::size_t(count), sum);
       }
-      if (!floor_.empty()) lower_by_floor(azimuth, out);
+      if (!floor_.empty()) {
+        raw_floor_costs(std::min(azimuth + 1, azimuths_ - 1), raw_floor[2]);
+        lower_by_floor(azimuth, raw_floor, out);
+        std::rotate(raw_floor.begin(), raw_floor.begin() + 1, raw_floor.end());
+      }
       std::rotate(raw.begin(), raw.begin() + 1, raw.end());
     }
   }
 
-  /// The cost of the floor at a slope whose disparity differs from the floor's by `off`, of one azimuth.
-  [[nodiscard]] float floor_cost(int azimuth, int slope, float off) const {
-    const float at = static_cast<float>(slope) - off / spread_;
-    const int first = std::clamp(static_cast<int>(std::floor(at)), 0, slopes_ - 2);
-    const float share = at - static_cast<float>(first);
+  /// Costs of single pixels of one azimuth whose disparity differs from the floor's by -kFloorReach to kFloorReach:
+  /// slopes x (2 kFloorReach + 1).
+  void raw_floor_costs(int azimuth, std::vector<std::uint16_t>& raw) const {
     const auto* row = floor_.ptr<Byte>(azimuth);
-    const float value = static_cast<float>(row[first]) + share * static_cast<float>(row[first + 1] - row[first]);
-    const int d = static_cast<int>(std::lround(floor_px_[std::size_t(slope)] + off));
-    const int upper = std::clamp(slope - d, 0, slopes_ - 1);
-    const int level = blur_.level(2 * slope, 2 * upper);
-    const float difference = std::abs(float(lower_[std::size_t(level)].at<Byte>(azimuth, slope)) - value);
-    return std::min(difference, float(kTruncated));
+    std::size_t k = 0;
+    for (int i = 0; i < slopes_; ++i) {
+      const float floor_px = floor_px_[std::size_t(i)];
+      const int nearest = static_cast<int>(std::lround(floor_px));
+      for (int off = -kFloorReach; off <= kFloorReach; ++off, ++k) {
+        // Where the warped view shows what the upper view has at that disparity.
+        const float at = static_cast<float>(i) - (static_cast<float>(nearest + off) - floor_px) / spread_;
+        const int first = std::clamp(static_cast<int>(at), 0, slopes_ - 2);
+        const float share = at - static_cast<float>(first);
+        const float value = static_cast<float>(row[first]) + share * static_cast<float>(row[first + 1] - row[first]);
+        const int upper = std::clamp(i - nearest - off, 0, slopes_ - 1);
+        const auto& lower = lower_[std::size_t(blur_.level(2 * i, 2 * upper))];
+        const float difference = std::abs(static_cast<float>(lower.at<Byte>(azimuth, i)) - value);
+        raw[k] = static_cast<std::uint16_t>(std::min(difference, static_cast<float>(kTruncated)));
+      }
+    }
   }
 
   /// Lowers the costs of an azimuth's cells near the floor's disparity to those of windows that follow the floor.
-  void lower_by_floor(int azimuth, Byte* cells) const {
-    for (int i = 1; i + 1 < slopes_; ++i) {
-      const float floor_px = floor_px_[std::size_t(i)];
-      if (floor_px < 1) break;
+  /// @param raw of the azimuth before, the azimuth, and the one after
+  void lower_by_floor(int azimuth, const std::array<std::vector<std::uint16_t>, 3>& raw, Byte* cells) const {
+    constexpr std::size_t kOffs = 2 * kFloorReach + 1;
+    for (int i = 1; i + 1 < slopes_ && floor_px_[std::size_t(i)] >= 1; ++i) {
       if (lower_shown_.at<Byte>(azimuth, i) == 0) continue;
-      const int nearest = static_cast<int>(std::lround(floor_px));
-      for (int d = nearest - kFloorReach; d <= nearest + kFloorReach; ++d) {
+      const int nearest = static_cast<int>(std::lround(floor_px_[std::size_t(i)]));
+      for (std::size_t off = 0; off < kOffs; ++off) {
+        const int d = nearest - kFloorReach + static_cast<int>(off);
         if (d < 0 || d >= std::min(i + 1, disparities_)) continue;
         if (upper_hidden_.at<Byte>(azimuth, slopes_ - 1 - (i - d)) != 0) continue;
-        const float off = static_cast<float>(d) - floor_px;
-        float sum = 0;
-        for (int a = std::max(azimuth - 1, 0); a <= std::min(azimuth + 1, azimuths_ - 1); ++a) {
-          for (int k = i - 1; k <= i + 1; ++k) sum += floor_cost(a, k, off);
+        int sum = 0;
+        for (const std::vector<std::uint16_t>& one : raw) {
+          const std::size_t at = std::size_t(i) * kOffs + off;
+          sum += one[at - kOffs] + one[at] + one[at + kOffs];
         }
         Byte& cell = cells[std::size_t(i) * std::size_t(stride_) + std::size_t(d)];
         cell = std::min(cell, static_cast<Byte>(sum / 4));

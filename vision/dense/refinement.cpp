@@ -17,7 +17,6 @@ namespace {
 // rooms full of texture (bench/dense.cpp); no test fixes them.
 constexpr int kSlopeReach = 7;
 constexpr int kAzimuthReach = 3;
-constexpr int kRounds = 3;
 // Disparities that differ by more belong to other surfaces. The floor changes by 0.8 px from slope to slope.
 constexpr float kSame_px = 7;
 // A correction of one round is at most this.
@@ -132,7 +131,7 @@ Fit fit(const WindowSums& sums, std::size_t i) {
 }  // namespace
 
 RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, const cv::Mat& is_matched,
-                          const std::vector<float>& widths_px) {
+                          const std::vector<float>& widths_px, int rounds) {
   const cv::Size size = pair.upper.size();
   cv::Mat disparity = with_seam(start_px);
   const cv::Mat matched = with_seam(is_matched);
@@ -142,8 +141,8 @@ RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, con
   MatchedRows rows(pair, matched);
   WindowSums sums{std::size_t(size.width)};
   std::vector<MatchedRow> window;
-  for (int round = 0; round < kRounds; ++round) {
-    const bool is_last = round + 1 == kRounds;
+  for (int round = 0; round < rounds; ++round) {
+    const bool is_last = round + 1 == rounds;
     cv::Mat corrected = disparity.clone();
     int filled = 0;
     for (int a = 0; a < size.height; ++a) {

@@ -19,6 +19,6 @@ struct RefinedDisparities {
 /// @param start_px CV_32F, without seam @param is_matched CV_8U, likewise: the pixels that count in windows
 /// @param widths_px of a cell, in pixels of the upper image, by slope index (PanoramaView::widths_px)
 RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, const cv::Mat& is_matched,
-                          const std::vector<float>& widths_px);
+                          const std::vector<float>& widths_px, int rounds);
 
 }  // namespace twocone::vision
