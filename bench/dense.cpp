@@ -173,7 +173,7 @@ class Judge {
     rows_ = ranging.panorama(Side::kLower, rows);
   }
 
-  CellTruth truth(const Shot& lower, const Shot& upper, int azimuth, int slope) const {
+  [[nodiscard]] CellTruth truth(const Shot& lower, const Shot& upper, int azimuth, int slope) const {
     CellTruth cell;
     const double x = columns_.at<float>(azimuth, slope);
     const double y = rows_.at<float>(azimuth, slope);
@@ -224,7 +224,7 @@ class Judge {
 
   // The greatest gradient along the radius, in sigmas of its noise, of what each cell shows: in its window, where the
   // same surface continues. The outline of a nearer thing is no texture of what is behind it.
-  cv::Mat contrast(const Shot& lower, const std::vector<CellTruth>& truths) const {
+  [[nodiscard]] cv::Mat contrast(const Shot& lower, const std::vector<CellTruth>& truths) const {
     const cv::Mat level = ranging_.panorama(Side::kLower, in_sigmas(lower.clean, options_));
     const int azimuths = level.rows;
     const int slopes = level.cols;
@@ -506,4 +506,11 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace twocone::bench
 
-int main(int argc, char** argv) { return twocone::bench::run(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return twocone::bench::run(argc, argv);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "dense_bench: {}\n", error.what());
+    return 1;
+  }
+}

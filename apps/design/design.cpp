@@ -21,12 +21,14 @@ namespace {
 constexpr double kRimMargin_px = 4;
 constexpr double kLeastRadius_m = 0.015;
 constexpr double kMillimetre_m = 0.001;
-/// Sums of millimetres are off by less.
-constexpr double kRounding_m = 1e-9;
+/// Sums of millimetres are off by less, in millimetres.
+constexpr double kRounding = 1e-6;
 /// Room for the rounding of the measures.
 constexpr double kRounding_rad = 0.15 * kDegree;
 
 double up_to(double value, double step) { return std::ceil(value / step - 1e-9) * step; }
+int floor_mm(double length_m) { return static_cast<int>(std::floor(length_m / kMillimetre_m + kRounding)); }
+int ceil_mm(double length_m) { return static_cast<int>(std::ceil(length_m / kMillimetre_m - kRounding)); }
 
 void check(const Requirements& r) {
   base::Complaints bad;
@@ -117,21 +119,25 @@ struct Accuracy {
 /// Returns the least separation that is accurate enough, in whole millimetres; if there is none, the most accurate one,
 /// because the mirrors have the less in common the farther they are apart; nothing: two mirrors are too high.
 std::optional<Accuracy> separation_for(const Requirements& r, const Unit& unit) {
-  const double greatest_m = r.greatest_height_m - r.lens_height_m - unit.length_m() + kRounding_m;
-  constexpr double kCoarse_m = 0.02;
+  const auto accuracy_of = [&](int millimetres) {
+    const double separation_m = millimetres * kMillimetre_m;
+    return Accuracy{separation_m, worst_sigma_m(r, unit, separation_m)};
+  };
+  const int greatest_mm = floor_mm(r.greatest_height_m - r.lens_height_m - unit.length_m());
+  const int least_mm = ceil_mm(least_separation_m(unit));
+  constexpr int kCoarse_mm = 20;
   std::optional<Accuracy> best;
-  double bad_m = least_separation_m(unit) - kMillimetre_m;
-  for (double separation_m = least_separation_m(unit); separation_m <= greatest_m; separation_m += kCoarse_m) {
-    const Accuracy here{separation_m, worst_sigma_m(r, unit, separation_m)};
+  int bad_mm = least_mm - 1;
+  for (int mm = least_mm; mm <= greatest_mm; mm += kCoarse_mm) {
+    const Accuracy here = accuracy_of(mm);
     if (!best || here.sigma_m < best->sigma_m) best = here;
     if (here.sigma_m <= r.sigma_m) break;
-    bad_m = separation_m;
+    bad_mm = mm;
   }
   if (!best || best->sigma_m > r.sigma_m) return best;
-  for (double separation_m = bad_m + kMillimetre_m; separation_m < best->separation_m - kRounding_m;
-       separation_m += kMillimetre_m) {
-    const double sigma_m = worst_sigma_m(r, unit, separation_m);
-    if (sigma_m <= r.sigma_m) return Accuracy{separation_m, sigma_m};
+  for (int mm = bad_mm + 1; mm < ceil_mm(best->separation_m); ++mm) {
+    const Accuracy here = accuracy_of(mm);
+    if (here.sigma_m <= r.sigma_m) return here;
   }
   return best;
 }
@@ -140,9 +146,8 @@ std::optional<Accuracy> separation_for(const Requirements& r, const Unit& unit) 
 /// @param nearest_floor_m becomes the least distance of the floor among those that do but for it, if that is less
 std::optional<Design> largest(const Requirements& r, const Image& image, double lowest_rad,
                               std::optional<double>& nearest_floor_m) {
-  for (double radius_m = std::floor(r.greatest_radius_m / kMillimetre_m + kRounding_m) * kMillimetre_m;
-       radius_m >= kLeastRadius_m - kRounding_m; radius_m -= kMillimetre_m) {
-    const Unit unit = unit_of(image, lowest_rad, radius_m);
+  for (int radius_mm = floor_mm(r.greatest_radius_m); radius_mm >= ceil_mm(kLeastRadius_m); --radius_mm) {
+    const Unit unit = unit_of(image, lowest_rad, radius_mm * kMillimetre_m);
     if (unit.tip_m < kLeastLensToTip_m) break;
     const auto accuracy = separation_for(r, unit);
     if (!accuracy || accuracy->sigma_m > r.sigma_m) continue;
@@ -218,16 +223,15 @@ double first_that_can(Requirements requirements, double Requirements::*what, dou
       {fmt::format("a highest elevation of {:.1f} degrees", highest_deg),
        with(r, &Requirements::highest_rad, highest_deg * kDegree)},
       {fmt::format("a lowest one of {:.1f}", lowest_deg), with(r, &Requirements::lowest_rad, lowest_deg * kDegree)}};
-  for (double angle_deg = std::ceil(in_degrees(r.camera_angle_rad)); angle_deg < 150; ++angle_deg) {
+  for (int angle_deg = static_cast<int>(std::ceil(in_degrees(r.camera_angle_rad))); angle_deg < 150; ++angle_deg) {
     if (Image(r, angle_deg * kDegree).band_rad() < required_rad) continue;
-    near.push_back({fmt::format("a camera of {:.0f} degrees", angle_deg),
+    near.push_back({fmt::format("a camera of {} degrees", angle_deg),
                     with(r, &Requirements::camera_angle_rad, angle_deg * kDegree)});
     break;
   }
   throw CannotBe(
       "elevations from {:.4g} to {:.4g} degrees are a band of {:.4g} degrees, and a camera of {:.4g} degrees shows "
-      "{:.1f} "
-      "in a mirror{}",
+      "{:.1f} in a mirror{}",
       in_degrees(r.lowest_rad), in_degrees(r.highest_rad), in_degrees(required_rad), in_degrees(r.camera_angle_rad),
       in_degrees(band_rad), nearest(near));
 }

@@ -52,6 +52,7 @@ std::vector<Landmark> landmarks_of_room(double top_m) {
                                           {"magenta", {0.80, 0.03, 0.80}, 1.30, -1.95},
                                           {"yellow", {0.80, 0.80, 0.03}, -1.50, -1.95}}};
   std::vector<Landmark> landmarks;
+  landmarks.reserve(kPlaces.size());
   for (const auto& [name, colour, x_m, y_m] : kPlaces) {
     landmarks.push_back(
         {.name = name, .colour = colour, .x_m = x_m, .y_m = y_m, .radius_m = kLandmarkRadius_m, .top_m = top_m});

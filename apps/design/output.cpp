@@ -118,9 +118,9 @@ ordered_json design_json(const Result& result) {
       {"plate_m", kPlate_m},
       {"sigma_px", result.settings.sigma_px},
       {"edge_noise_px", result.settings.edge_noise_px},
-      {"nearest_m", or_null(a.nearest_m)},
-      {"floor_from_m", or_null(a.floor_from_m)},
-      {"least_height_m", or_null(a.least_height_m)}};
+      {"nearest_m", or_null(a.reach.nearest_m)},
+      {"floor_from_m", or_null(a.reach.floor_from_m)},
+      {"least_height_m", or_null(a.reach.least_height_m)}};
   ordered_json distances = ordered_json::array();
   for (const AtDistance& at : a.distances) {
     distances.push_back({{"distance_m", at.distance_m},
@@ -175,21 +175,7 @@ std::string table(const Result& result) {
         result.robot.lower.settings.height_px, rig.lower.rim_radius_px, rig.upper.rim_radius_px);
   print("elevations lower {:.1f} to {:.1f} deg, upper {:.1f} to {:.1f} deg\n", in_degrees(a.lower.lowest_rad),
         in_degrees(a.lower.highest_rad), in_degrees(a.upper.lowest_rad), in_degrees(a.upper.highest_rad));
-  if (a.nearest_m) {
-    print("both see   from {:.2f} m on; the floor {}\n", *a.nearest_m,
-          a.floor_from_m ? fmt::format("from {:.2f} m on", *a.floor_from_m) : "never");
-  } else {
-    print("both see   nothing in common up to 6 m\n");
-  }
-  if (a.least_height_m && *a.least_height_m > 0.005) {
-    print(
-        "blind      to all that is lower than {:.2f} m, at any distance: only the lower mirror sees it, without "
-        "range\n",
-        *a.least_height_m);
-  } else if (a.floor_from_m) {
-    print("blind      to the floor nearer than {:.2f} m, and to what is lower than the heights below\n",
-          *a.floor_from_m);
-  }
+  print("sight      {}\n", words_of(a.reach));
   print("\nSigma of a range by {} px of disparity, and the heights that both mirrors show\n", result.settings.sigma_px);
   print("{:>10} {:>10} {:>10} {:>14} {:>14}\n", "distance/m", "lowest/m", "highest/m", "least sigma/mm",
         "most sigma/mm");

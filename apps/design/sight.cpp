@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include <fmt/format.h>
 #include <Eigen/Dense>
 
 #include "apps/behaviours/behaviour.h"
@@ -25,6 +26,7 @@ using vision::Side;
 constexpr std::array kSides{Side::kLower, Side::kUpper};
 constexpr double kFarthest_m = 6;
 constexpr double kHeightStep_m = 0.01;
+constexpr double kDistanceStep_m = 0.02;
 
 /// Returns the place between `good` and `bad` where `holds` ends, to a tenth of a millimetre.
 template <typename Holds>
@@ -220,9 +222,8 @@ std::optional<double> Sight::floor_from_m(double farthest_m) const {
   const auto both = [&](double distance_m) {
     return shows(Side::kLower, distance_m, 0) && shows(Side::kUpper, distance_m, 0);
   };
-  constexpr double kStep_m = 0.02;
-  for (double distance_m = kStep_m; distance_m <= farthest_m; distance_m += kStep_m) {
-    if (both(distance_m)) return edge_between(distance_m, distance_m - kStep_m, both);
+  for (int k = 1; k * kDistanceStep_m <= farthest_m; ++k) {
+    if (both(k * kDistanceStep_m)) return edge_between(k * kDistanceStep_m, (k - 1) * kDistanceStep_m, both);
   }
   return std::nullopt;
 }
@@ -240,7 +241,7 @@ std::optional<Sight::Solution> Sight::solve(double distance_m, double height_m) 
   for (const Side side : kSides) {
     const auto seen = of_view(rig_, side).project_with_jacobian(point_m);
     if (!seen) return std::nullopt;
-    jacobian.middleRows<2>(2 * static_cast<int>(side)) = seen->jacobian;
+    jacobian.middleRows<2>(2 * Eigen::Index(side)) = seen->jacobian;
   }
   // Straight ahead, x is the range and y the bearing times the range.
   const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, 4, 3>> qr(jacobian);
@@ -269,7 +270,7 @@ std::optional<Eigen::VectorXd> Sight::range_per_number(double distance_m, double
       for (const Side side : kSides) {
         const auto seen = of_view(wrong, side).project_with_jacobian(solution->point_m, vision::Rim::kGoesOn);
         if (!seen) return std::nullopt;
-        pixels.segment<2>(2 * static_cast<int>(side)) = seen->pixel_px;
+        pixels.segment<2>(2 * Eigen::Index(side)) = seen->pixel_px;
       }
       shift = sign > 0 ? pixels : Eigen::Vector4d(shift - pixels);
     }
@@ -277,6 +278,26 @@ std::optional<Eigen::VectorXd> Sight::range_per_number(double distance_m, double
     per_number[number] = -(solution->of_pixels.row(0) * shift / (2 * step)).value();
   }
   return per_number;
+}
+
+Reach reach_of(const Sight& sight) {
+  Reach reach{{}, sight.floor_from_m(kFarthest_m), {}};
+  for (int k = 1; k * kDistanceStep_m <= kFarthest_m; ++k) {
+    const double distance_m = k * kDistanceStep_m;
+    const auto shared = sight.shared_heights(distance_m);
+    if (!shared) continue;
+    if (!reach.nearest_m) reach.nearest_m = distance_m;
+    reach.least_height_m = std::min(reach.least_height_m.value_or(shared->lowest_m), shared->lowest_m);
+  }
+  return reach;
+}
+
+std::string words_of(const Reach& reach) {
+  if (!reach.nearest_m) return "the mirrors have nothing in common up to 6 m: nothing is ranged";
+  const std::string from = fmt::format("both mirrors range from {:.2f} m on, ", *reach.nearest_m);
+  if (reach.floor_from_m)
+    return from + fmt::format("and the floor from {:.2f} m on: nearer they are blind to it", *reach.floor_from_m);
+  return from + fmt::format("and nothing lower than {:.2f} m", reach.least_height_m.value_or(0));
 }
 
 Analysis analyse(const config::Robot& robot, const std::optional<config::Map>& map, const AnalysisSettings& settings) {
@@ -290,15 +311,8 @@ Analysis analyse(const config::Robot& robot, const std::optional<config::Map>& m
   Analysis analysis;
   analysis.lower = elevations_of(sight.rig().lower);
   analysis.upper = elevations_of(sight.rig().upper);
-  analysis.floor_from_m = sight.floor_from_m();
+  analysis.reach = reach_of(sight);
   analysis.at_m = settings.at_m;
-  constexpr double kStep_m = 0.02;
-  for (double distance_m = kStep_m; distance_m <= kFarthest_m; distance_m += kStep_m) {
-    const auto shared = sight.shared_heights(distance_m);
-    if (!shared) continue;
-    if (!analysis.nearest_m) analysis.nearest_m = distance_m;
-    analysis.least_height_m = std::min(analysis.least_height_m.value_or(shared->lowest_m), shared->lowest_m);
-  }
   for (const double distance_m : {0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, kFarthest_m}) {
     analysis.distances.push_back(at_distance(sight, distance_m, settings.sigma_px));
   }

@@ -59,6 +59,16 @@ class Sight {
   vision::Rig rig_;
 };
 
+/// Where ranges begin, straight ahead. Nothing: nowhere up to 6 m.
+struct Reach {
+  std::optional<double> nearest_m;       ///< where both views begin to show something in common
+  std::optional<double> floor_from_m;    ///< as Sight::floor_from_m()
+  std::optional<double> least_height_m;  ///< both views show nothing that is lower, at no distance
+};
+Reach reach_of(const Sight& sight);
+/// Returns a sentence without its end: "both mirrors range from 0.90 m on, and nothing lower than 0.70 m".
+std::string words_of(const Reach& reach);
+
 /// A distance with what both views see there.
 struct AtDistance {
   double distance_m;
@@ -103,9 +113,7 @@ struct AnalysisSettings {
 /// What a robot's rig can do.
 struct Analysis {
   Elevations lower, upper;
-  std::optional<double> floor_from_m;
-  std::optional<double> nearest_m;       ///< where both views begin to see something in common
-  std::optional<double> least_height_m;  ///< what is lower is seen by both at no distance up to 6 m
+  Reach reach;
   std::vector<AtDistance> distances;
   std::vector<SigmaLine> lines;  ///< of 1, 2, 5, 10, 20, 50 and 100 mm, up to 6 m away, where there are any
   double at_m = 0;

@@ -9,6 +9,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/design/sight.h"
 #include "apps/doctor/checks/checks.h"
 #include "apps/estimation/image_as_mat.h"
 
@@ -69,6 +70,10 @@ class Examination {
       static_cast<void>(config::to_assumed_rig(robot_));
       if (map)
         report_.add({"files", "robot and map", fmt::format("{}: {} landmarks", robot_.name, map->landmarks.size())});
+      if (robot_.rig.missing.empty()) {
+        const design::Sight sight(config::to_rig(robot_));
+        report_.add({"rig", "blind zones", design::words_of(design::reach_of(sight))});
+      }
       return settings;
     } catch (const config::FileError& error) {
       report_.add({"files", "consistency", error.what(), kFailed, "correct the robot file"});

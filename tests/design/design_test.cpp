@@ -137,9 +137,9 @@ TEST(Design, RefusesWhatCannotBeAndTheNearestThatItNamesCan) {
   const TemporaryFolder folder;
   const std::vector<Refusal> all = refusals();
   std::vector<std::string> messages;
-  for (const auto& [requirements, reason] : all) {
-    messages.push_back(testing_support::error_of<CannotBe>([&] { (void)design(requirements); }));
-    EXPECT_THAT(messages.back(), AllOf(HasSubstr(reason), HasSubstr("; nearest: "), Not(HasSubstr("\n"))));
+  for (const Refusal& refusal : all) {
+    messages.push_back(testing_support::error_of<CannotBe>([&] { (void)design(refusal.requirements); }));
+    EXPECT_THAT(messages.back(), AllOf(HasSubstr(refusal.reason), HasSubstr("; nearest: "), Not(HasSubstr("\n"))));
   }
   Requirements near = all[0].requirements;
   near.highest_rad = number_after(messages[0], "a highest elevation of") * kDegree;
@@ -215,9 +215,9 @@ TEST(Design, ItsDataHoldWhatItsTableSays) {
   EXPECT_NEAR(json["rig"]["mirror_separation_m"].get<double>(), result.robot.rig.mirror_separation_m, 1e-12);
   EXPECT_EQ(json["room"]["landmarks"].size(), 6U);
   EXPECT_EQ(json["room"]["cells"].size(), result.analysis.room->cells.size());
-  EXPECT_NEAR(json["floor_from_m"].get<double>(), *result.analysis.floor_from_m, 1e-12);
+  EXPECT_NEAR(json["floor_from_m"].get<double>(), *result.analysis.reach.floor_from_m, 1e-12);
   const std::string text = table(result);
-  EXPECT_THAT(text, HasSubstr(fmt::format("the floor from {:.2f} m on", *result.analysis.floor_from_m)));
+  EXPECT_THAT(text, HasSubstr(fmt::format("and the floor from {:.2f} m on", *result.analysis.reach.floor_from_m)));
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = text.find('\n', begin);
     EXPECT_LE(end - begin, 120U) << text.substr(begin, end - begin);

@@ -130,9 +130,9 @@ TEST(Analysis, OfTheLabSaysWhatItIsKnownFor) {
   const config::Robot robot = config::read_robot(robots() / "lab_sim.yaml");
   const Analysis lab = analyse(robot, config::read_map(robot.map), {.room_step_m = 0.5});
   // A pair of 90 degrees sees nothing below the upper tip, here 0.67 m, in both mirrors.
-  ASSERT_TRUE(lab.least_height_m);
-  EXPECT_NEAR(*lab.least_height_m, 0.67, 0.05);
-  EXPECT_FALSE(lab.floor_from_m);
+  ASSERT_TRUE(lab.reach.least_height_m);
+  EXPECT_NEAR(*lab.reach.least_height_m, 0.67, 0.05);
+  EXPECT_FALSE(lab.reach.floor_from_m);
   ASSERT_TRUE(lab.room);
   ASSERT_GT(lab.room->cells.size(), 30U);
   for (const RoomCell& cell : lab.room->cells) {
