@@ -8,7 +8,7 @@ rig() {
   local name=$1
   shift
   step "design_$name" "$twocone" design --out "$work/$name" --force "$@"
-  step "run_$name" "$twocone" run --robot "$work/$name/design.yaml" --frames 300 --out "$work/run_$name" \
+  step "run_$name" "$twocone" run --robot "$work/$name/design.yaml" --frames 120 --out "$work/run_$name" \
     --set effects.camera.full_well_electrons=3000 --set effects.camera.read_noise_electrons=12 \
     --set cameras.lower.antialias=3 --set cameras.upper.antialias=3
   local ratio
