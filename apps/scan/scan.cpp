@@ -76,6 +76,22 @@ std::string cloud_of(const vision::RangeImage& image, const std::optional<runlog
          points;
 }
 
+/// The pixels of an image, and what they are a view of.
+struct PixelsOfImage {
+  Image read, converted;
+  cv::Mat rgb;
+};
+/// Errors: those of runlog::read_image() and estimation::as_rgb()
+Status read_pixels(const fs::path& file, cv::Size size, const char* view, PixelsOfImage& pixels) {
+  auto image = runlog::read_image(file);
+  if (!image) return image.error();
+  pixels.read = *std::move(image);
+  const auto rgb = estimation::as_rgb(pixels.read, size, view, pixels.converted);
+  if (!rgb) return rgb.error();
+  pixels.rgb = *rgb;
+  return {};
+}
+
 }  // namespace
 
 fs::path scan_file(const fs::path& run) { return run / "scan.csv"; }
@@ -86,9 +102,8 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
   const runlog::RunLock lock(folder);
   const runlog::RunData run = runlog::read_run(folder);
   const config::BeliefErrors errors = config::to_belief_errors(run.robot, run.map);
-  const auto& camera = run.robot.lower.settings;
-  const vision::DenseRanging ranging(vision::UncertainRig(config::to_rig(run.robot), errors.vision.rig),
-                                     {camera.width_px, camera.height_px});
+  const cv::Size size(run.robot.lower.settings.width_px, run.robot.lower.settings.height_px);
+  const vision::DenseRanging ranging(vision::UncertainRig(config::to_rig(run.robot), errors.vision.rig), size);
   const auto poses = runlog::at_frames(run, run.estimate);
   ScanCounts counts;
   std::string text = "frame,t_s,beam_rad,state,range_m,sigma_m\n";
@@ -105,28 +120,19 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
       return Error(ErrorCode::kCancelled, "stopped from outside; {} is as it was", folder.string());
     }
     const auto files = runlog::images_of(run, row);
-    std::array<Image, 2> pair;
-    std::array<Image, 2> converted;
-    std::array<cv::Mat, 2> rgb;
+    std::array<PixelsOfImage, 2> pair;
     bool is_whole = true;
     for (std::size_t view = 0; view < pair.size(); ++view) {
-      auto image = runlog::read_image(files[view]);
-      if (image) pair[view] = *std::move(image);
-      auto pixels = image ? estimation::as_rgb(pair[view], {camera.width_px, camera.height_px},
-                                               view == 0 ? "lower" : "upper", converted[view])
-                          : Result<cv::Mat>(image.error());
-      if (pixels) {
-        rgb[view] = *pixels;
-        continue;
-      }
+      const auto read = read_pixels(files[view], size, view == 0 ? "lower" : "upper", pair[view]);
+      if (read) continue;
       is_whole = false;
-      if (!first) first = pixels.error();
+      if (!first) first = read.error();
     }
     if (!is_whole) {
       ++counts.without_images;
       continue;
     }
-    const vision::RangeImage image = ranging.measure(rgb[0], rgb[1]);
+    const vision::RangeImage image = ranging.measure(pair[0].rgb, pair[1].rgb);
     add_rows(text, run.frames[row], scan_of(image, options.settings), counts);
     counts.points += cv::countNonZero(image.verdict == static_cast<int>(vision::DenseVerdict::kOk));
     if (options.clouds) {

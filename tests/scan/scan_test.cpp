@@ -47,7 +47,7 @@ class ScanOfARun : public testing::Test {
   }
 
   [[nodiscard]] fs::path copy() const {
-    const fs::path to = own_.path() / "run";
+    fs::path to = own_.path() / "run";
     fs::copy(folder_->path() / "run", to, fs::copy_options::recursive);
     return to;
   }
