@@ -45,7 +45,8 @@ row '^lower +opens +.* failed '
 row '^upper +opens +.* failed '
 row '^pair +stream .* not run '
 row '^drive +opens +.* failed '
-last '^1 ok, 0 warnings, 3 failed, 1 not run$'
+row '^rig +blind zones +both mirrors range from .* ok$'
+last '^2 ok, 0 warnings, 3 failed, 1 not run$'
 [ "$(wc -l <"$work/err")" -eq 1 ] || fail "not one line on stderr: $(cat "$work/err")"
 
 # One camera for both entries is found in the file, before any device is opened twice.
