@@ -162,7 +162,7 @@ class ShippedRoom : public testing::TestWithParam<Room> {};
 INSTANTIATE_TEST_SUITE_P(Rooms, ShippedRoom,
                          testing::Values(Room{"lab_sim", 0.35}, Room{"hall_sim", 0.45}, Room{"workshop_sim", 0.25},
                                          Room{"usb_camera_sim", 0.35}, Room{"pi_csi_sim", 0.35},
-                                         Room{"create2_sim", 0.35}),
+                                         Room{"create2_sim", 0.35}, Room{"scout_sim", 0.32}),
                          [](const auto& test) { return std::string(test.param.robot); });
 
 Robot robot_of(const Room& room) {
