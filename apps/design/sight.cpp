@@ -88,6 +88,7 @@ RoomSigmas room_sigmas(const config::Robot& robot, const config::Map& map, const
   const behaviours::Arena arena = config::to_arena(map);
   const config::Bounds& bounds = map.bounds;
   RoomSigmas room{settings.room_step_m, {}};
+  const double half_room_m = std::min(bounds.max_x_m - bounds.min_x_m, bounds.max_y_m - bounds.min_y_m) / 2;
   const auto count = [&](double length_m) { return static_cast<int>(std::floor(length_m / settings.room_step_m)); };
   const int columns = count(bounds.max_x_m - bounds.min_x_m);
   const int rows = count(bounds.max_y_m - bounds.min_y_m);
@@ -108,7 +109,9 @@ RoomSigmas room_sigmas(const config::Robot& robot, const config::Map& map, const
         if (!lower.isZero() && !upper.isZero()) ++cell.landmarks;
         of_both.emplace_back(lower + upper);
       }
-      if (const auto bound = localisation::pose_bound(pose, places_m, of_both)) {
+      // A sigma of more than the room's half says no more than that the robot is in the room.
+      const auto bound = localisation::pose_bound(pose, places_m, of_both);
+      if (bound && std::sqrt((*bound)(0, 0) + (*bound)(1, 1)) < half_room_m) {
         cell.sigma_m = std::sqrt((*bound)(0, 0) + (*bound)(1, 1));
         cell.heading_rad = std::sqrt((*bound)(2, 2));
       }
