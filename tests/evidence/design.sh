@@ -14,7 +14,7 @@ rig() {
   local ratio
   # Of the six landmarks, the root mean square of error over prediction.
   ratio=$(log "run_$name" | awk '/^Beside the Cram/ { on = 1 } on && /^(red|green|blue|cyan|magenta|yellow) / { n++; s += $5 * $5 } /^position / { on = 0 } END { if (n == 6) printf "%.2f", sqrt(s / n) }')
-  row "rig $name ($*): error of ranges to landmarks over the predicted sigma" "${ratio:-none}" "0.8 to 1.2" "$(holds "${ratio:-0} >= 0.8 && ${ratio:-0} <= 1.2")"
+  row "rig $name (${*:-defaults}): error of ranges to landmarks over the predicted sigma" "${ratio:-none}" "0.8 to 1.2" "$(holds "${ratio:-0} >= 0.8 && ${ratio:-0} <= 1.2")"
   local position
   position=$(log "run_$name" | awk '/^position / && NF > 4 { print $5; exit }')
   row "rig $name: error of the position over the predicted sigma" "${position:-none}" "0.8 to 1.2" "$(holds "${position:-0} >= 0.8 && ${position:-0} <= 1.2")"
@@ -26,18 +26,18 @@ rig wide --camera-deg 61.6 --lowest-deg -20 --highest-deg 6 --lens-height-m 0.14
 rig accurate --lowest-deg -9 --highest-deg 8 --sigma-m 0.008
 rig small --greatest-radius-m 0.04 --lens-height-m 0.15 --camera-deg 55
 
-# refused NAME NEAREST OPTION...: what cannot be, and the option with which it can
+# refused NAME NEAREST OPTION...: what cannot be, and all options of the nearest that can
 refused() {
   local name=$1 nearest=$2
   shift 2
   step "refused_$name" bash -c '! "$@" 2>&1' - "$twocone" design --out "$work/refused_$name" --force "$@"
-  step "nearest_$name" "$twocone" design --out "$work/refused_$name" --force "$@" $nearest
-  row "refused: $*" "$(log "refused_$name" | tail -n 1)" "refused with the nearest that can" \
+  step "nearest_$name" "$twocone" design --out "$work/refused_$name" --force $nearest
+  row "refused: $*; designed: $nearest" "$(log "refused_$name" | tail -n 1)" "refused with the nearest that can" \
     "$([ "$(passed "refused_$name")$(passed "nearest_$name")" = yesyes ] && log "refused_$name" | grep -q 'nearest:' && echo yes || echo no)"
 }
 refused floor "--floor-from-m 1.12" --floor-from-m 0.5
 refused accuracy "--sigma-m 0.0044" --sigma-m 0.004
 refused height "--greatest-height-m 0.405" --greatest-height-m 0.4
-refused band "--lowest-deg -0.9" --lowest-deg -30 --highest-deg 20
-refused camera "--greatest-radius-m 0.172" --camera-deg 120 --lowest-deg -20 --highest-deg 5
+refused band "--lowest-deg -0.9 --highest-deg 20" --lowest-deg -30 --highest-deg 20
+refused camera "--greatest-radius-m 0.172 --camera-deg 120 --lowest-deg -20 --highest-deg 5" --camera-deg 120 --lowest-deg -20 --highest-deg 5
 page "designed rigs"
