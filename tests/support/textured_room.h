@@ -19,6 +19,7 @@ struct TexturedRoom {
   Eigen::AlignedBox3d walls{Eigen::Vector3d(-2.4, -2.0, 0), Eigen::Vector3d(2.4, 2.0, 2.4)};
   std::vector<Eigen::AlignedBox3d> boxes{};
   double cell_m = 0.05;   ///< size of the texture's grains; they are smooth, on two scales
+  double slat_m = 0;      ///< period of slats round all walls, in place of the grains; 0: none
   double contrast = 0.6;  ///< of the light's swing over its mean; 0: plain walls
 
   /// Returns the point that a ray meets first. @param ray from within the walls

@@ -186,6 +186,19 @@ TEST(DenseRanging, APlainWallIsUnknown) {
   EXPECT_LE(plain.share_ranged(), 0.05);
 }
 
+// Catches slats of a blind that are taken for the neighbours of those that they are.
+TEST(DenseRanging, WhatRepeatsAlongTheRadiusIsReportedAndNotRanged) {
+  TexturedRoom room;
+  room.slat_m = 0.06;
+  const Rig rig = lab_rig();
+  const Pair pair = pair_of(room, rig);
+  const RangeImage image = DenseRanging{UncertainRig(rig), kImage}.measure(pair.lower, pair.upper);
+  const Score slats = score(room, rig, image);
+  EXPECT_GE(slats.shared, 1000);
+  EXPECT_LE(slats.share_ranged(), 0.3);
+  EXPECT_GE(cv::countNonZero(image.verdict == int(DenseVerdict::kRepeated)), slats.shared);
+}
+
 // Catches rays and grids that are those of upright units on the axis.
 TEST(DenseRanging, KnowsTiltsOffsetsAndLenses) {
   MirrorViewSettings lower = lab_view(0.25);

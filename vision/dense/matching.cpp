@@ -293,8 +293,10 @@ class Matcher {
     std::vector<Byte> has_left(std::size_t(slopes_), 0);
     std::vector<Byte> found(std::size_t(slopes_), 0);
     for (int shift = 1; shift <= kLongestPeriod; ++shift) {
-      const std::vector<int> differences =
-          window_sums([&](int i) { return std::abs(values[i] - values[i + shift < slopes_ ? i + shift : i - shift]); });
+      const std::vector<int> differences = window_sums([&](int i) {
+        const int shifted = i + shift < slopes_ ? i + shift : std::max(0, i - shift);
+        return std::abs(values[i] - values[shifted]);
+      });
       for (std::size_t i = 0; i < std::size_t(slopes_); ++i) {
         if (10 * differences[i] >= 8 * deviations[i]) has_left[i] = 1;
         if (has_left[i] != 0 && 10 * differences[i] < kAlike * deviations[i]) found[i] = 255;
