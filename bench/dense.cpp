@@ -49,8 +49,8 @@ struct Options {
   unsigned seed = 1;
   double full_well = 10000, read_electrons = 10;
   double gain = 1;  // of the upper camera's light
-  int azimuths = 720;
-  double nearest_m = 0.3;
+  int azimuths = vision::DenseSettings{}.azimuths;
+  double nearest_m = vision::DenseSettings{}.nearest_m;
   double farthest_m = 5;
   ImageSize size{};
   std::string images;
@@ -269,9 +269,6 @@ struct Score {
   std::vector<double> disparity_errors;
   std::vector<double> normalised;
   std::array<long, 7> verdicts{};
-  // Errors of ranges within a tenth of these distances.
-  static constexpr std::array kDistances_m{0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0};
-  std::array<std::vector<double>, kDistances_m.size()> by_distance_m;
 
   void add(const CellTruth& truth, double contrast, bool has_range, double range_m, double error_px, double sigma_m,
            int verdict, double farthest_m) {
@@ -299,11 +296,6 @@ struct Score {
     relative += std::abs(range_m - truth.range_m) / truth.range_m;
     disparity_errors.push_back(std::abs(error_px));
     wrong += std::abs(error_px) > 1 ? 1 : 0;
-    for (std::size_t k = 0; k < kDistances_m.size(); ++k) {
-      if (std::abs(truth.range_m - kDistances_m[k]) < 0.1 * kDistances_m[k]) {
-        by_distance_m[k].push_back(std::abs(range_m - truth.range_m));
-      }
-    }
     held += std::abs(range_m - truth.range_m) <= 1.96 * sigma_m ? 1 : 0;
     normalised.push_back(std::abs(range_m - truth.range_m) / sigma_m);
   }
@@ -325,12 +317,6 @@ struct Score {
                      {"hidden_ranged", share(double(hidden_ranged), double(hidden))}};
     for (std::size_t k = 0; k < verdicts.size(); ++k) {
       j["verdicts"][std::string(to_string(DenseVerdict(k)))] = share(double(verdicts[k]), double(textured));
-    }
-    for (std::size_t k = 0; k < kDistances_m.size(); ++k) {
-      // Half of the values of a normal distribution are within 0.6745 sigma.
-      j["by_distance"].push_back({{"distance_m", kDistances_m[k]},
-                                  {"count", by_distance_m[k].size()},
-                                  {"robust_sigma_m", median(by_distance_m[k]) / 0.6745}});
     }
     return j;
   }

@@ -8,30 +8,11 @@
 #include "parts/robot.inc"
 #declare Study_Texture = 1;
 #include "study/room.inc"
-
-// ----------------------------------------------------------------- robot ----
-// A flat body under two cones of 112 degrees: they show elevations from -22 degrees at the tip to 8.8 at the rim, the
-// floor among them. robots/scout_sim.yaml contains the same numbers.
-#declare Rim = 0.08;                                           // R, metres
-#declare Lens_To_Tip = 0.08;                                   // d, metres
-#declare Rim_Height = Lens_To_Tip + Rim/tan(radians(56));      // above the lens
-// The rim's circle has a radius of 236 of the image's 480 rows.
-#declare Up_Look = <0, 236/480*Rim_Height/Rim, 0>;
+#include "study/scout.inc"
 
 union {
   //*PMName robot
-  cylinder { 0.5*y, 1.3*y, 3.5 texture { Robot_Deck } }
-  object { Robot_Wheel scale <0.7, 0.7, 1> translate <0, 0.7, 2.6> }
-  object { Robot_Wheel scale <0.7, 0.7, 1> translate <0, 0.7, -2.6> }
-  sphere { <2.9, 0.25, 0>, 0.25 texture { Robot_Alu } }
-  sphere { <-2.9, 0.25, 0>, 0.25 texture { Robot_Alu } }
-  object { Robot_Camera translate Robot_Up(0.139) }
-  object { Robot_Cone(Rim, 112) translate Robot_Up(0.22) }
-  object { Robot_Camera translate Robot_Up(0.379) }
-  object { Robot_Cone(Rim, 112) translate Robot_Up(0.46) }
-  cylinder { <-2.6, 1.3, 0> <-2.6, 10.8, 0> 0.08 texture { Robot_Alu } }
-  object { Robot_Arm(0.29) }
-  object { Robot_Arm(0.53) }
+  object { Scout }
 }
 camera {
   //*PMName lower

@@ -62,7 +62,7 @@ class LandmarkOutline {
     add_side(right_rad, information);
 
     const auto ray = ray_to(point(near_rad, top_m_));
-    const bool looks_down = ray && ray->direction.z() < 0;
+    const bool looks_down = ray && ray->looks_down();
     const double other_left_rad = looks_down ? left_rad - 2 * std::numbers::pi : left_rad;
     const double middle_rad = (right_rad + other_left_rad) / 2;
     add_top(right_rad, middle_rad, information);

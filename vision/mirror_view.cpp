@@ -166,6 +166,10 @@ Eigen::Vector3d MirrorView::to_unit(const Eigen::Vector3d& p_BQ_m) const {
   return rotation_.transpose() * (p_BQ_m - lens_m()) + Eigen::Vector3d(0, 0, settings_.lens_height_m);
 }
 
+double MirrorView::elevation_rad(double radius_px) const {
+  return std::numbers::pi / 2 - settings_.cone.apex_rad + std::atan(radius_px / focal_length_px_);
+}
+
 std::optional<double> MirrorView::image_radius_px(double distance_m, double height_m, Rim rim) const {
   if (!std::isfinite(distance_m) || !std::isfinite(height_m) || distance_m < 0) return std::nullopt;
   const double d = settings_.cone.lens_to_tip_m;

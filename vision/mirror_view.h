@@ -101,6 +101,10 @@ struct MirrorViewSettings {
 struct Ray {
   Eigen::Vector3d origin_m;
   Eigen::Vector3d direction;  ///< unit length
+
+  /// Returns whether it descends. A view with such a ray to the top of an upright thing looks down at it, and shows the
+  /// far half of its rim.
+  [[nodiscard]] bool looks_down() const { return direction.z() < 0; }
 };
 
 /// Whether the cone ends at its rim, as the real one does, or continues. The latter is for solvers, whose next step or
@@ -139,6 +143,10 @@ class MirrorView {
 
   /// Returns v in pixels (equation 2).
   [[nodiscard]] double focal_length_px() const { return focal_length_px_; }
+
+  /// Returns the elevation over the horizon that the circle of that radius in the undistorted image shows, upright
+  /// unit: pi / 2 - apex + atan(h / v).
+  [[nodiscard]] double elevation_rad(double radius_px) const;
 
   /// Returns the radius h in the undistorted image of a point at `distance_m` >= 0 from the unit's axis and `height_m`
   /// above the *floor*, in the unit's frame. Returns nothing where the mirror does not show it: at or beyond the tip's

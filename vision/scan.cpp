@@ -83,15 +83,16 @@ std::vector<Beam> scan_of(const RangeImage& image, const ScanSettings& settings)
   return scan;
 }
 
-std::vector<Eigen::Vector3d> points_of(const RangeImage& image) {
-  std::vector<Eigen::Vector3d> points;
+std::vector<RangedPoint> points_of(const RangeImage& image) {
+  std::vector<RangedPoint> points;
   for (int a = 0; a < image.grid.azimuths; ++a) {
     for (int i = 0; i < image.grid.slopes; ++i) {
       if (image.verdict_at(a, i) != DenseVerdict::kOk) continue;
       const double bearing_rad = image.bearing_rad.at<float>(a, i);
       const double range_m = image.range_m.at<float>(a, i);
-      points.emplace_back(range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad),
-                          image.height_m.at<float>(a, i));
+      points.push_back(
+          {{range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad), image.height_m.at<float>(a, i)},
+           image.sigma_m.at<float>(a, i)});
     }
   }
   return points;

@@ -39,7 +39,12 @@ struct ScanSettings {
 /// @throws std::invalid_argument naming every setting outside its domain
 std::vector<Beam> scan_of(const RangeImage& image, const ScanSettings& settings = {});
 
-/// Returns the points of all ranges, body frame, m.
-std::vector<Eigen::Vector3d> points_of(const RangeImage& image);
+/// A point of a range image.
+struct RangedPoint {
+  Eigen::Vector3d point_m;  ///< body frame
+  double sigma_m;           ///< standard deviation of its horizontal range
+};
+/// Returns the points of all ranges, azimuth by azimuth.
+std::vector<RangedPoint> points_of(const RangeImage& image);
 
 }  // namespace twocone::vision

@@ -132,8 +132,8 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       out.wheels = frame.wheels;
       out.twist = runlog::twist_at(run, frame.row);
       const auto [lower_file, upper_file] = image_files(run, frame.row, chosen.exchanged);
-      const auto lower = read_rgb(lower_file, lower_camera);
-      const auto upper = read_rgb(upper_file, upper_camera);
+      const auto lower = runlog::read_rgb(lower_file, lower_camera.settings);
+      const auto upper = runlog::read_rgb(upper_file, upper_camera.settings);
       if (!lower || !upper) {
         sighted.unreadable.push_back(lower ? upper.error() : lower.error());
         continue;

@@ -36,8 +36,8 @@ std::vector<vision::SelfRigFrame> frames_for_search(const runlog::RunData& run) 
   std::vector<vision::SelfRigFrame> frames;
   const auto add = [&](std::size_t row, const std::optional<Pose2>& motion) {
     const auto files = runlog::images_of(run, row);
-    const auto lower = read_rgb(files[0], run.robot.lower);
-    const auto upper = read_rgb(files[1], run.robot.upper);
+    const auto lower = runlog::read_rgb(files[0], run.robot.lower.settings);
+    const auto upper = runlog::read_rgb(files[1], run.robot.upper.settings);
     if (!lower || !upper) return false;
     frames.push_back({*lower, *upper, motion, {}});
     return true;
@@ -70,15 +70,6 @@ bool is_frozen(const std::vector<vision::SelfRigFrame>& frames, vision::Side cam
 }
 
 }  // namespace
-
-Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::CameraPart& camera) {
-  auto rgb = runlog::read_rgb(file);
-  if (rgb && (rgb->cols != camera.settings.width_px || rgb->rows != camera.settings.height_px)) {
-    return Error(ErrorCode::kBadData, "{} has {} x {} pixels, the robot file says {} x {}", file.string(), rgb->cols,
-                 rgb->rows, camera.settings.width_px, camera.settings.height_px);
-  }
-  return rgb;
-}
 
 Result<Start> find_start(const runlog::RunData& run, const config::Robot& robot, const Settings& settings) {
   Start start{robot, {}, {}, false, settings.priors};

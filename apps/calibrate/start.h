@@ -32,7 +32,4 @@ inline cv::Size size_of(const drivers::CameraPart& camera) {
   return {camera.settings.width_px, camera.settings.height_px};
 }
 
-/// Reads an image. Errors: those of runlog::read_rgb; kBadData if the image does not have the camera's size.
-Result<cv::Mat> read_rgb(const std::filesystem::path& file, const drivers::CameraPart& camera);
-
 }  // namespace twocone::calibrate

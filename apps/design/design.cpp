@@ -86,16 +86,6 @@ Design made(const Requirements& r, const Unit& unit, double separation_m) {
           separation_m, r.lens_height_m, unit.rim_px,   r.body_radius_m};
 }
 
-Sight sight_of(const Design& design) {
-  const auto view = [&](double lens_m) {
-    return vision::MirrorView({.cone = {design.apex_rad, design.mirror_radius_m, design.lens_to_tip_m},
-                               .lens_height_m = lens_m,
-                               .centre_px = {(design.width_px - 1) / 2.0, (design.height_px - 1) / 2.0},
-                               .rim_radius_px = design.rim_radius_px});
-  };
-  return Sight({view(design.lens_height_m), view(design.lens_height_m + design.mirror_separation_m)});
-}
-
 /// Returns the greatest sigma of a range at r.at_m; infinite where both mirrors show nothing there.
 double worst_sigma_m(const Requirements& r, const Unit& unit, double separation_m) {
   const Sight sight = sight_of(made(r, unit, separation_m));
@@ -110,8 +100,6 @@ double worst_sigma_m(const Requirements& r, const Unit& unit, double separation_
   return worst_m;
 }
 
-double least_separation_m(const Unit& unit) { return up_to(unit.length_m() + kCamera_m, kMillimetre_m); }
-
 /// A separation with the greatest sigma of a range at Requirements::at_m.
 struct Accuracy {
   double separation_m, sigma_m;
@@ -124,7 +112,7 @@ std::optional<Accuracy> separation_for(const Requirements& r, const Unit& unit) 
     return Accuracy{separation_m, worst_sigma_m(r, unit, separation_m)};
   };
   const int greatest_mm = floor_mm(r.greatest_height_m - r.lens_height_m - unit.length_m());
-  const int least_mm = ceil_mm(least_separation_m(unit));
+  const int least_mm = ceil_mm(unit.length_m() + kCamera_m);
   constexpr int kCoarse_mm = 20;
   std::optional<Accuracy> best;
   int bad_mm = least_mm - 1;
@@ -289,8 +277,15 @@ double first_that_can(Requirements requirements, double Requirements::*what, dou
 }  // namespace
 
 double Design::cone_height_m() const { return mirror_radius_m / std::tan(apex_rad / 2); }
-double Design::height_m() const {
-  return lens_height_m + mirror_separation_m + lens_to_tip_m + cone_height_m() + kPlate_m;
+
+Sight sight_of(const Design& design) {
+  const auto view = [&](double lens_m) {
+    return vision::MirrorView({.cone = {design.apex_rad, design.mirror_radius_m, design.lens_to_tip_m},
+                               .lens_height_m = lens_m,
+                               .centre_px = {(design.width_px - 1) / 2.0, (design.height_px - 1) / 2.0},
+                               .rim_radius_px = design.rim_radius_px});
+  };
+  return Sight({view(design.lens_height_m), view(design.lens_height_m + design.mirror_separation_m)});
 }
 
 Design design(const Requirements& requirements) {

@@ -5,10 +5,9 @@
 #include <numbers>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "apps/config/map_file.h"
-#include "apps/config/robot_file.h"
+#include "apps/design/sight.h"
 #include "base/errors.h"
 
 namespace twocone::design {
@@ -41,12 +40,9 @@ struct Design {
 
   /// Returns the height of the cone, from its tip to its rim.
   [[nodiscard]] double cone_height_m() const;
-  /// Returns the height of the robot, from the floor to the back of the upper mirror.
-  [[nodiscard]] double height_m() const;
 };
 
-/// No pair of cones does what is required. The message has one line for each thing that cannot be, with the nearest
-/// that can.
+/// No pair of cones does what is required. The message is one line: what cannot be, and the nearest that can.
 struct CannotBe : base::FormattedError {
   using Formatted::Formatted;
 };
@@ -65,6 +61,8 @@ constexpr double kLeastLensToTip_m = 0.025;
 /// to what can be made: millimetres and tenths of a degree.
 /// @throws std::invalid_argument naming each requirement outside its domain; CannotBe
 Design design(const Requirements& requirements);
+/// Returns what a pair sees.
+Sight sight_of(const Design& design);
 
 /// The files of a design.
 struct Files {

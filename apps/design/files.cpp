@@ -9,7 +9,6 @@
 #include "apps/as_built/as_built.h"
 #include "apps/config/to_layers.h"
 #include "apps/design/design.h"
-#include "apps/design/sight.h"
 #include "apps/design/units.h"
 #include "apps/runlog/storage/disk.h"
 #include "drivers/sim_povray/scene_geometry.h"
@@ -151,8 +150,7 @@ effects: {{slip: 0.01, encoder_counts_per_turn: 1024}}
 std::string text_of_own_map(const Files& files, const std::vector<Landmark>& landmarks) {
   std::string text = fmt::format(
       "# SPDX-License-Identifier: Apache-2.0\n#\n# Map of {0}, by `twocone design`: a room with landmarks that both "
-      "mirrors "
-      "of the robot show.\nscene: {0}\nunit_m: 1\nbounds_m: {{x: [-3, 3], y: [-2.5, 2.5]}}\nlandmark_sigma_m: "
+      "mirrors of the robot show.\nscene: {0}\nunit_m: 1\nbounds_m: {{x: [-3, 3], y: [-2.5, 2.5]}}\nlandmark_sigma_m: "
       "0\nlandmarks:\n",
       files.scene.filename().string());
   for (const Landmark& l : landmarks) {
@@ -181,8 +179,7 @@ Files files_in(const std::filesystem::path& folder, const std::string& name) {
 void write_robot(const Design& design, const std::optional<config::Map>& room, const Files& files) {
   runlog::make_folder(files.robot.parent_path());
   as_built::AsBuilt exact;  // no flaws, and no landmarks of its own but in the room of this folder
-  exact.built_map.unit_m = 1;
-  std::string scene = kRoom;
+  std::string scene;
   Pose2 start;
   if (room) {
     if (!room->scene) {
@@ -197,17 +194,15 @@ void write_robot(const Design& design, const std::optional<config::Map>& room, c
     runlog::write_whole(
         files.map, config::map_text(room->file, files.map, map,
                                     {fmt::format("Map of {}, by `twocone design`.", files.scene.filename().string())}));
+  } else {
+    scene = kRoom;
+    exact.built_map.unit_m = 1;
+    exact.built_map.landmarks = landmarks_of_room(landmark_top_m(sight_of(design)));
+    exact.landmarks.resize(exact.built_map.landmarks.size());
+    runlog::write_whole(files.map, text_of_own_map(files, exact.built_map.landmarks));
   }
-  // The robot file needs its map before it can be read.
-  if (!room) runlog::write_whole(files.map, text_of_own_map(files, landmarks_of_room(1)));
   runlog::write_whole(files.robot, text_of_robot(design, files, start));
   exact.built = config::read_robot(files.robot);
-  if (!room) {
-    const std::vector<Landmark> landmarks = landmarks_of_room(landmark_top_m(Sight(config::to_rig(exact.built))));
-    runlog::write_whole(files.map, text_of_own_map(files, landmarks));
-    exact.built_map.landmarks = landmarks;
-    exact.landmarks.resize(landmarks.size());
-  }
   runlog::write_whole(files.scene,
                       fmt::format("// SPDX-License-Identifier: Apache-2.0\n//\n// {}: by `twocone design`\n{}{}",
                                   files.scene.filename().string(), scene, as_built::scene_text(exact)));
@@ -219,8 +214,8 @@ std::string profile_dxf(const Design& design) {
       "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n9\n$MEASUREMENT\n70\n1\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";
   const auto line = [&](const char* layer, double x1_m, double y1_m, double x2_m, double y2_m) {
     fmt::format_to(std::back_inserter(text),
-                   "0\nLINE\n8\n{}\n10\n{:.4f}\n20\n{:.4f}\n30\n0\n11\n{:.4f}\n21\n{:.4f}\n31\n0\n", layer, 1000 * x1_m,
-                   1000 * y1_m, 1000 * x2_m, 1000 * y2_m);
+                   "0\nLINE\n8\n{}\n10\n{:.4f}\n20\n{:.4f}\n30\n0\n11\n{:.4f}\n21\n{:.4f}\n31\n0\n", layer, in_mm(x1_m),
+                   in_mm(y1_m), in_mm(x2_m), in_mm(y2_m));
   };
   const double radius_m = design.mirror_radius_m;
   const double rim_m = design.cone_height_m();

@@ -8,12 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/config/to_layers.h"
 #include "apps/design/design.h"
 #include "apps/design/units.h"
 #include "apps/runlog/version.h"
+#include "apps/telemetry/telemetry.h"
 #include "apps/web/document.h"
 #include "base/quantile.h"
-#include "vision/srgb.h"
 
 namespace twocone::design {
 namespace {
@@ -24,62 +25,30 @@ ordered_json or_null(const std::optional<double>& value) {
   return value ? ordered_json(*value) : ordered_json(nullptr);
 }
 
-ordered_json view_json(const config::RigView& view, double lens_height_m, const Elevations& elevations) {
-  return {{"apex_rad", view.apex_rad},
-          {"mirror_radius_m", view.mirror_radius_m},
-          {"lens_to_tip_m", view.lens_to_tip_m},
-          {"lens_height_m", lens_height_m},
-          {"rim_radius_px", view.rim_radius_px},
-          {"lowest_rad", elevations.lowest_rad},
+ordered_json view_json(const vision::MirrorView& view) {
+  const Elevations elevations = elevations_of(view);
+  const vision::MirrorViewSettings& settings = view.settings();
+  return {{"apex_rad", settings.cone.apex_rad},           {"mirror_radius_m", settings.cone.rim_radius_m},
+          {"lens_to_tip_m", settings.cone.lens_to_tip_m}, {"lens_height_m", settings.lens_height_m},
+          {"rim_radius_px", settings.rim_radius_px},      {"lowest_rad", elevations.lowest_rad},
           {"highest_rad", elevations.highest_rad}};
 }
 
-double upper_lens_m(const config::Rig& rig) {
-  return rig.lens_height_m + rig.lower.lens_to_tip_m + rig.mirror_separation_m - rig.upper.lens_to_tip_m;
-}
-
 ordered_json room_json(const config::Map& map, const RoomSigmas& room) {
-  const auto& b = map.bounds;
-  ordered_json json{{"bounds_m", {b.min_x_m, b.min_y_m, b.max_x_m, b.max_y_m}}, {"step_m", room.step_m}};
-  ordered_json landmarks = ordered_json::array();
-  for (const Landmark& landmark : map.landmarks) {
-    ordered_json one{{"name", landmark.name},
-                     {"x_m", landmark.x_m},
-                     {"y_m", landmark.y_m},
-                     {"radius_m", landmark.radius_m},
-                     {"top_m", landmark.top_m}};
-    if (landmark.bands) {
-      one["bands"] = landmark.bands->number;
-    } else {
-      for (const double light : landmark.colour) one["rgb"].push_back(std::lround(vision::linear_to_srgb(light)));
-    }
-    landmarks.push_back(one);
-  }
-  json["landmarks"] = landmarks;
-  ordered_json obstacles = ordered_json::array();
-  for (const config::Obstacle& obstacle : map.obstacles) {
-    if (const auto* disc = std::get_if<Disc>(&obstacle)) {
-      obstacles.push_back({{"x_m", disc->centre.x_m}, {"y_m", disc->centre.y_m}, {"radius_m", disc->radius_m}});
-      continue;
-    }
-    ordered_json corners = ordered_json::array();
-    for (const FloorPoint& corner : std::get<config::Polygon>(obstacle)) corners.push_back({corner.x_m, corner.y_m});
-    obstacles.push_back({{"polygon_m", corners}});
-  }
-  json["obstacles"] = obstacles;
   ordered_json cells = ordered_json::array();
   for (const RoomCell& cell : room.cells) {
     cells.push_back({cell.x_m, cell.y_m, cell.landmarks, or_null(cell.sigma_m), or_null(cell.heading_rad),
                      or_null(cell.whole_sigma_m)});
   }
-  json["columns"] = {"x_m", "y_m", "landmarks", "sigma_m", "heading_rad", "whole_sigma_m"};
-  json["cells"] = cells;
-  return json;
+  return {{"map", telemetry::map_of(map)},
+          {"step_m", room.step_m},
+          {"columns", {"x_m", "y_m", "landmarks", "sigma_m", "heading_rad", "whole_sigma_m"}},
+          {"cells", cells}};
 }
 
 /// A number of the rig's sigma in the unit that people use for it.
 std::string sigma_text(const Sensitivity& of) {
-  if (of.unit == "m") return fmt::format("{:.3g} mm", 1000 * of.sigma);
+  if (of.unit == "m") return fmt::format("{:.3g} mm", in_mm(of.sigma));
   if (of.unit == "rad") return fmt::format("{:.3g} deg", in_degrees(of.sigma));
   return fmt::format("{:.3g}{}{}", of.sigma, of.unit.empty() ? "" : " ", of.unit);
 }
@@ -104,7 +73,7 @@ RoomWords words_of(const RoomSigmas& room) {
 }  // namespace
 
 ordered_json design_json(const Result& result) {
-  const config::Rig& rig = result.robot.rig;
+  const vision::Rig rig = config::to_rig(result.robot);
   const Analysis& a = result.analysis;
   ordered_json json{
       {"robot", result.robot.name},
@@ -112,9 +81,9 @@ ordered_json design_json(const Result& result) {
       {"body_radius_m", result.robot.body_radius_m},
       {"image_px", {result.robot.lower.settings.width_px, result.robot.lower.settings.height_px}},
       {"rig",
-       {{"lower", view_json(rig.lower, rig.lens_height_m, a.lower)},
-        {"upper", view_json(rig.upper, upper_lens_m(rig), a.upper)},
-        {"mirror_separation_m", rig.mirror_separation_m}}},
+       {{"lower", view_json(rig.lower)},
+        {"upper", view_json(rig.upper)},
+        {"mirror_separation_m", rig.mirror_separation_m()}}},
       {"plate_m", kPlate_m},
       {"sigma_px", result.settings.sigma_px},
       {"edge_noise_px", result.settings.edge_noise_px},
@@ -137,7 +106,7 @@ ordered_json design_json(const Result& result) {
     lines.push_back({{"sigma_m", line.sigma_m}, {"points_m", points}});
   }
   json["sigma_lines"] = lines;
-  json["at_m"] = a.at_m;
+  json["at_m"] = result.settings.at_m;
   json["at_height_m"] = or_null(a.at_height_m);
   ordered_json sensitivities = ordered_json::array();
   for (const Sensitivity& of : a.sensitivities) {
@@ -159,22 +128,24 @@ std::string page(const Result& result) {
 }
 
 std::string table(const Result& result) {
-  const config::Rig& rig = result.robot.rig;
+  const vision::Rig rig = config::to_rig(result.robot);
   const Analysis& a = result.analysis;
   std::string text;
   const auto print = [&text]<typename... Values>(fmt::format_string<Values...> format, Values&&... values) {
     fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
   };
-  print("rig        lower cone {:.1f} deg, R {:.1f} mm, d {:.1f} mm, lens at {:.0f} mm\n",
-        in_degrees(rig.lower.apex_rad), in_mm(rig.lower.mirror_radius_m), in_mm(rig.lower.lens_to_tip_m),
-        in_mm(rig.lens_height_m));
-  print("           upper cone {:.1f} deg, R {:.1f} mm, d {:.1f} mm, lens at {:.0f} mm; tips {:.0f} mm apart\n",
-        in_degrees(rig.upper.apex_rad), in_mm(rig.upper.mirror_radius_m), in_mm(rig.upper.lens_to_tip_m),
-        in_mm(upper_lens_m(rig)), in_mm(rig.mirror_separation_m));
+  for (const auto& [name, view] : {std::pair("rig        lower", &rig.lower), {"           upper", &rig.upper}}) {
+    const vision::MirrorViewSettings& unit = view->settings();
+    print("{} cone {:.1f} deg, R {:.1f} mm, d {:.1f} mm, lens at {:.0f} mm\n", name, in_degrees(unit.cone.apex_rad),
+          in_mm(unit.cone.rim_radius_m), in_mm(unit.cone.lens_to_tip_m), in_mm(unit.lens_height_m));
+  }
+  print("           tips {:.0f} mm apart\n", in_mm(rig.mirror_separation_m()));
   print("cameras    {} x {} px, rims {:.1f} and {:.1f} px\n", result.robot.lower.settings.width_px,
-        result.robot.lower.settings.height_px, rig.lower.rim_radius_px, rig.upper.rim_radius_px);
-  print("elevations lower {:.1f} to {:.1f} deg, upper {:.1f} to {:.1f} deg\n", in_degrees(a.lower.lowest_rad),
-        in_degrees(a.lower.highest_rad), in_degrees(a.upper.lowest_rad), in_degrees(a.upper.highest_rad));
+        result.robot.lower.settings.height_px, rig.lower.settings().rim_radius_px, rig.upper.settings().rim_radius_px);
+  const Elevations lower = elevations_of(rig.lower);
+  const Elevations upper = elevations_of(rig.upper);
+  print("elevations lower {:.1f} to {:.1f} deg, upper {:.1f} to {:.1f} deg\n", in_degrees(lower.lowest_rad),
+        in_degrees(lower.highest_rad), in_degrees(upper.lowest_rad), in_degrees(upper.highest_rad));
   print("sight      {}\n", words_of(a.reach));
   print("\nSigma of a range by {} px of disparity, and the heights that both mirrors show\n", result.settings.sigma_px);
   print("{:>10} {:>10} {:>10} {:>14} {:>14}\n", "distance/m", "lowest/m", "highest/m", "least sigma/mm",
@@ -188,8 +159,8 @@ std::string table(const Result& result) {
           in_mm(at.least_sigma_m.value_or(0)), in_mm(at.most_sigma_m.value_or(0)));
   }
   if (!a.sensitivities.empty()) {
-    print("\nError of a range at {:.3g} m and {:.2f} m of height by one number that is wrong by its sigma\n", a.at_m,
-          a.at_height_m.value_or(0));
+    print("\nError of a range at {:.3g} m and {:.2f} m of height by one number that is wrong by its sigma\n",
+          result.settings.at_m, a.at_height_m.value_or(0));
     print("{:<28} {:>12} {:>10}\n", "number", "sigma", "range/mm");
     constexpr std::size_t kMost = 12;
     for (std::size_t k = 0; k < std::min(kMost, a.sensitivities.size()); ++k) {

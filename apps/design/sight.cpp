@@ -25,6 +25,7 @@ using vision::Side;
 
 constexpr std::array kSides{Side::kLower, Side::kUpper};
 constexpr double kFarthest_m = 6;
+constexpr double kTallest_m = 10;
 constexpr double kHeightStep_m = 0.01;
 constexpr double kDistanceStep_m = 0.02;
 
@@ -37,13 +38,6 @@ double edge_between(double good, double bad, const Holds& holds) {
     (holds(middle) ? good : bad) = middle;
   }
   return good;
-}
-
-/// Step of a central difference by a rig number: in metres and radians, and in pixels of an image.
-double step_of(int number) {
-  const int in_view = number < vision::kLensHeight ? number % vision::kViewNumbers : number;
-  const bool is_pixels = in_view == vision::kColumn || in_view == vision::kRow || in_view == vision::kRim;
-  return is_pixels ? 1e-2 : 1e-5;
 }
 
 std::string unit_of(int number) {
@@ -76,6 +70,9 @@ bool is_hidden(const std::vector<Landmark>& landmarks, std::size_t which, const 
     return along > 0 && along < 1 && (to - along * way).norm() < other.radius_m;
   });
 }
+
+/// @param covariance of x, y and heading
+double position_sigma_m(const Eigen::Matrix3d& covariance) { return std::sqrt(covariance(0, 0) + covariance(1, 1)); }
 
 RoomSigmas room_sigmas(const config::Robot& robot, const config::Map& map, const vision::Rig& rig,
                        const AnalysisSettings& settings) {
@@ -111,14 +108,14 @@ RoomSigmas room_sigmas(const config::Robot& robot, const config::Map& map, const
       }
       // A sigma of more than the room's half says no more than that the robot is in the room.
       const auto bound = localisation::pose_bound(pose, places_m, of_both);
-      if (bound && std::sqrt((*bound)(0, 0) + (*bound)(1, 1)) < half_room_m) {
-        cell.sigma_m = std::sqrt((*bound)(0, 0) + (*bound)(1, 1));
+      if (bound && position_sigma_m(*bound) < half_room_m) {
+        cell.sigma_m = position_sigma_m(*bound);
         cell.heading_rad = std::sqrt((*bound)(2, 2));
       }
       if (is_exact) {
         cell.whole_sigma_m = cell.sigma_m;
       } else if (const auto whole = runlog::whole_bound(belief, errors, targets, pose, information)) {
-        cell.whole_sigma_m = std::sqrt((*whole)(0, 0) + (*whole)(1, 1));
+        cell.whole_sigma_m = position_sigma_m(*whole);
       }
       room.cells.push_back(cell);
     }
@@ -143,9 +140,9 @@ AtDistance at_distance(const Sight& sight, double distance_m, double sigma_px) {
 std::vector<SigmaLine> sigma_lines(const Sight& sight, double sigma_px) {
   std::vector<SigmaLine> lines;
   for (const double sigma_m : {0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1}) lines.push_back({sigma_m, {}});
-  constexpr double kTallest_m = 2.5;
+  constexpr double kDrawn_m = 2.5;
   constexpr double kStep_m = 0.05;
-  for (int row = 0; row * kStep_m <= kTallest_m; ++row) {
+  for (int row = 0; row * kStep_m <= kDrawn_m; ++row) {
     const double height_m = row * kStep_m;
     std::optional<double> before_m;
     for (int column = 1; column * kStep_m <= kFarthest_m; ++column) {
@@ -187,11 +184,7 @@ std::vector<Sensitivity> sensitivities(const config::Robot& robot, const Sight& 
 }  // namespace
 
 Elevations elevations_of(const vision::MirrorView& view) {
-  const auto& settings = view.settings();
-  const auto at = [&](double radius_px) {
-    return std::numbers::pi / 2 - settings.cone.apex_rad + std::atan(radius_px / view.focal_length_px());
-  };
-  return {at(vision::kInnermost_px), at(settings.rim_radius_px)};
+  return {view.elevation_rad(vision::kInnermost_px), view.elevation_rad(view.settings().rim_radius_px)};
 }
 
 bool Sight::shows(Side side, double distance_m, double height_m) const {
@@ -202,13 +195,13 @@ bool Sight::shows(Side side, double distance_m, double height_m) const {
   return straight && (*straight - view.settings().centre_px).norm() >= vision::kInnermost_px;
 }
 
-std::optional<Heights> Sight::shared_heights(double distance_m, double tallest_m) const {
+std::optional<Heights> Sight::shared_heights(double distance_m) const {
   const auto both = [&](double height_m) {
     return shows(Side::kLower, distance_m, height_m) && shows(Side::kUpper, distance_m, height_m);
   };
   // Either view shows one interval of heights, so both of them do.
   std::optional<Heights> found;
-  const int steps = static_cast<int>(tallest_m / kHeightStep_m);
+  const int steps = static_cast<int>(kTallest_m / kHeightStep_m);
   for (int k = 0; k <= steps; ++k) {
     const double height_m = k * kHeightStep_m;
     if (!both(height_m)) continue;
@@ -261,26 +254,16 @@ std::optional<double> Sight::range_sigma_m(double distance_m, double height_m, d
 std::optional<Eigen::VectorXd> Sight::range_per_number(double distance_m, double height_m) const {
   const auto solution = solve(distance_m, height_m);
   if (!solution) return std::nullopt;
-  Eigen::VectorXd per_number = Eigen::VectorXd::Zero(vision::kRigNumbers);
-  for (int number = 0; number < vision::kRigNumbers; ++number) {
-    const double step = step_of(number);
-    Eigen::Vector4d shift;
-    for (const double sign : {1.0, -1.0}) {
-      Eigen::VectorXd errors = Eigen::VectorXd::Zero(vision::kRigNumbers);
-      errors[number] = sign * step;
-      const vision::Rig wrong = with_errors(rig_, errors);
-      Eigen::Vector4d pixels;
-      for (const Side side : kSides) {
-        const auto seen = of_view(wrong, side).project_with_jacobian(solution->point_m, vision::Rim::kGoesOn);
-        if (!seen) return std::nullopt;
-        pixels.segment<2>(2 * Eigen::Index(side)) = seen->pixel_px;
-      }
-      shift = sign > 0 ? pixels : Eigen::Vector4d(shift - pixels);
-    }
-    // The pixels stay. A rig that expects them elsewhere moves its answer the other way.
-    per_number[number] = -(solution->of_pixels.row(0) * shift / (2 * step)).value();
+  // Each number has an error of its own, of 1. A point is a landmark without a radius.
+  const vision::UncertainRig each(
+      rig_, BySharedErrors<vision::kRigNumbers>::Identity(vision::kRigNumbers, vision::kRigNumbers));
+  Eigen::Matrix<double, 4, vision::kRigNumbers> by_number;
+  for (const Side side : kSides) {
+    by_number.middleRows<2>(2 * Eigen::Index(side)) =
+        each.pixel_by_shared(side, solution->point_m.head<2>(), 0, solution->point_m.z());
   }
-  return per_number;
+  // The pixels stay. A rig that expects them elsewhere moves its answer the other way.
+  return -(solution->of_pixels.row(0) * by_number).transpose();
 }
 
 Reach reach_of(const Sight& sight) {
@@ -298,8 +281,9 @@ Reach reach_of(const Sight& sight) {
 std::string words_of(const Reach& reach) {
   if (!reach.nearest_m) return "the mirrors have nothing in common up to 6 m: nothing is ranged";
   const std::string from = fmt::format("both mirrors range from {:.2f} m on, ", *reach.nearest_m);
-  if (reach.floor_from_m)
+  if (reach.floor_from_m) {
     return from + fmt::format("and the floor from {:.2f} m on: nearer they are blind to it", *reach.floor_from_m);
+  }
   return from + fmt::format("and nothing lower than {:.2f} m", reach.least_height_m.value_or(0));
 }
 
@@ -312,10 +296,7 @@ Analysis analyse(const config::Robot& robot, const std::optional<config::Map>& m
   bad.raise("design::analyse");
   const Sight sight(config::to_rig(robot));
   Analysis analysis;
-  analysis.lower = elevations_of(sight.rig().lower);
-  analysis.upper = elevations_of(sight.rig().upper);
   analysis.reach = reach_of(sight);
-  analysis.at_m = settings.at_m;
   for (const double distance_m : {0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, kFarthest_m}) {
     analysis.distances.push_back(at_distance(sight, distance_m, settings.sigma_px));
   }

@@ -14,13 +14,13 @@
 #include "vision/mirror_view.h"
 #include "vision/uncertain_rig.h"
 
-/// The design of rigs: what a pair of mirrors sees, how accurately, and the measures of a pair that does what a builder
-/// requirements.
+/// The design of rigs: what a pair of mirrors sees, how accurately, and the measures of a pair that does what is
+/// required.
 namespace twocone::design {
 
 /// Elevations that a view shows, from its eye (the point V of vision::MirrorView), straight ahead.
 struct Elevations {
-  double lowest_rad = 0, highest_rad = 0;
+  double lowest_rad, highest_rad;
 };
 /// Returns those of an upright view, without the innermost pixels (vision::kInnermost_px).
 Elevations elevations_of(const vision::MirrorView& view);
@@ -39,8 +39,8 @@ class Sight {
   [[nodiscard]] const vision::Rig& rig() const { return rig_; }
   /// Returns whether a view shows the point, at least vision::kInnermost_px from the tip.
   [[nodiscard]] bool shows(vision::Side side, double distance_m, double height_m) const;
-  /// Returns the heights that both views show at a distance, between the floor and `tallest_m`; to the millimetre.
-  [[nodiscard]] std::optional<Heights> shared_heights(double distance_m, double tallest_m = 10) const;
+  /// Returns the heights that both views show at a distance, between the floor and 10 m; to the millimetre.
+  [[nodiscard]] std::optional<Heights> shared_heights(double distance_m) const;
   /// Returns the least distance from which on both views show the floor, up to `farthest_m`; nothing if they do not.
   [[nodiscard]] std::optional<double> floor_from_m(double farthest_m = 20) const;
 
@@ -112,12 +112,10 @@ struct AnalysisSettings {
 
 /// What a robot's rig can do.
 struct Analysis {
-  Elevations lower, upper;
   Reach reach;
   std::vector<AtDistance> distances;
-  std::vector<SigmaLine> lines;  ///< of 1, 2, 5, 10, 20, 50 and 100 mm, up to 6 m away, where there are any
-  double at_m = 0;
-  std::optional<double> at_height_m;       ///< of the sensitivities, the middle of what both see at at_m
+  std::vector<SigmaLine> lines;       ///< of 1, 2, 5, 10, 20, 50 and 100 mm, up to 6 m away, where there are any
+  std::optional<double> at_height_m;  ///< of the sensitivities, the middle of what both see at AnalysisSettings::at_m
   std::vector<Sensitivity> sensitivities;  ///< by falling error
   std::optional<RoomSigmas> room;
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/scan/scan.h"
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <iterator>
@@ -11,10 +10,10 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
 #include "apps/config/to_layers.h"
-#include "apps/estimation/image_as_mat.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/image_file.h"
@@ -51,45 +50,19 @@ void append(std::string& bytes, double value) {
 
 /// @param pose of the body in the world; nothing: the points stay in the body's frame
 std::string cloud_of(const vision::RangeImage& image, const std::optional<runlog::PoseRow>& pose) {
-  std::string points;
-  long count = 0;
-  const double cosine = pose ? std::cos(pose->heading_rad) : 1;
-  const double sine = pose ? std::sin(pose->heading_rad) : 0;
-  for (int a = 0; a < image.grid.azimuths; ++a) {
-    for (int i = 0; i < image.grid.slopes; ++i) {
-      if (image.verdict_at(a, i) != vision::DenseVerdict::kOk) continue;
-      const double range_m = image.range_m.at<float>(a, i);
-      const double bearing_rad = image.bearing_rad.at<float>(a, i);
-      const double x_m = range_m * std::cos(bearing_rad);
-      const double y_m = range_m * std::sin(bearing_rad);
-      append(points, (pose ? pose->x_m : 0) + cosine * x_m - sine * y_m);
-      append(points, (pose ? pose->y_m : 0) + sine * x_m + cosine * y_m);
-      append(points, image.height_m.at<float>(a, i));
-      append(points, image.sigma_m.at<float>(a, i));
-      ++count;
-    }
+  const std::vector<vision::RangedPoint> points = points_of(image);
+  const Pose2 at = pose ? Pose2{pose->x_m, pose->y_m, pose->heading_rad} : Pose2{};
+  const Eigen::Rotation2Dd turn(at.heading_rad);
+  std::string bytes;
+  for (const auto& [point_m, sigma_m] : points) {
+    const Eigen::Vector2d place_m = Eigen::Vector2d(at.x_m, at.y_m) + turn * point_m.head<2>();
+    for (const double value : {place_m.x(), place_m.y(), point_m.z(), sigma_m}) append(bytes, value);
   }
   return fmt::format(
              "ply\nformat binary_little_endian 1.0\ncomment twocone, metres, {} frame, z up\nelement vertex {}\n"
              "property float x\nproperty float y\nproperty float z\nproperty float range_sigma\nend_header\n",
-             pose ? "world" : "body", count) +
-         points;
-}
-
-/// The pixels of an image, and what they are a view of.
-struct PixelsOfImage {
-  Image read, converted;
-  cv::Mat rgb;
-};
-/// Errors: those of runlog::read_image() and estimation::as_rgb()
-Status read_pixels(const fs::path& file, cv::Size size, const char* view, PixelsOfImage& pixels) {
-  auto image = runlog::read_image(file);
-  if (!image) return image.error();
-  pixels.read = *std::move(image);
-  const auto rgb = estimation::as_rgb(pixels.read, size, view, pixels.converted);
-  if (!rgb) return rgb.error();
-  pixels.rgb = *rgb;
-  return {};
+             pose ? "world" : "body", points.size()) +
+         bytes;
 }
 
 }  // namespace
@@ -120,19 +93,14 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
       return Error(ErrorCode::kCancelled, "stopped from outside; {} is as it was", folder.string());
     }
     const auto files = runlog::images_of(run, row);
-    std::array<PixelsOfImage, 2> pair;
-    bool is_whole = true;
-    for (std::size_t view = 0; view < pair.size(); ++view) {
-      const auto read = read_pixels(files[view], size, view == 0 ? "lower" : "upper", pair[view]);
-      if (read) continue;
-      is_whole = false;
-      if (!first) first = read.error();
-    }
-    if (!is_whole) {
+    const auto lower = runlog::read_rgb(files[0], run.robot.lower.settings);
+    const auto upper = runlog::read_rgb(files[1], run.robot.upper.settings);
+    if (!lower || !upper) {
+      if (!first) first = lower ? upper.error() : lower.error();
       ++counts.without_images;
       continue;
     }
-    const vision::RangeImage image = ranging.measure(pair[0].rgb, pair[1].rgb);
+    const vision::RangeImage image = ranging.measure(*lower, *upper);
     add_rows(text, run.frames[row], scan_of(image, options.settings), counts);
     counts.points += cv::countNonZero(image.verdict == static_cast<int>(vision::DenseVerdict::kOk));
     if (options.clouds) {

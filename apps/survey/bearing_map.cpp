@@ -153,7 +153,7 @@ Result<RoughMap> find_bearing_map(const runlog::RunData& run, const calibrate::C
     }
     poses.push_back(pose);
     map.poses.emplace_back(Eigen::Vector3d(pose.x_m, pose.y_m, pose.heading_rad));
-    auto image = calibrate::read_rgb(runlog::images_of(run, frame.row)[0], robot.lower);
+    auto image = runlog::read_rgb(runlog::images_of(run, frame.row)[0], robot.lower.settings);
     if (!image) return image.error();
     images.push_back(*std::move(image));
   }

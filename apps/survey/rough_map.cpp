@@ -49,9 +49,9 @@ struct RunMap {
 
 Result<std::array<cv::Mat, 2>> images_at(const runlog::RunData& run, std::size_t row) {
   const auto files = runlog::images_of(run, row);
-  auto lower = calibrate::read_rgb(files[0], run.robot.lower);
+  auto lower = runlog::read_rgb(files[0], run.robot.lower.settings);
   if (!lower) return lower.error();
-  auto upper = calibrate::read_rgb(files[1], run.robot.upper);
+  auto upper = runlog::read_rgb(files[1], run.robot.upper.settings);
   if (!upper) return upper.error();
   return std::array{*lower, *upper};
 }

@@ -16,9 +16,13 @@
 namespace twocone::cli {
 namespace {
 
+constexpr double kDegree = std::numbers::pi / 180;
+
 struct DesignArguments {
   design::Requirements requirements;
-  double camera_deg = 48, lowest_deg = -16, highest_deg = 2;
+  double camera_deg = requirements.camera_angle_rad / kDegree;
+  double lowest_deg = requirements.lowest_rad / kDegree;
+  double highest_deg = requirements.highest_rad / kDegree;
   RobotArgument robot;
   std::filesystem::path map;
   std::filesystem::path folder;
@@ -43,7 +47,6 @@ void design_with(const DesignArguments& options) {
     if (!map) map = config::read_map(result.robot.map);
   } else {
     design::Requirements requirements = options.requirements;
-    constexpr double kDegree = std::numbers::pi / 180;
     requirements.camera_angle_rad = options.camera_deg * kDegree;
     requirements.lowest_rad = options.lowest_deg * kDegree;
     requirements.highest_rad = options.highest_deg * kDegree;

@@ -141,27 +141,19 @@ TEST(Design, RefusesWhatCannotBeAndTheNearestThatItNamesCan) {
     messages.push_back(testing_support::error_of<CannotBe>([&] { (void)design(refusal.requirements); }));
     EXPECT_THAT(messages.back(), AllOf(HasSubstr(refusal.reason), HasSubstr("; nearest: "), Not(HasSubstr("\n"))));
   }
-  Requirements near = all[0].requirements;
-  near.highest_rad = number_after(messages[0], "a highest elevation of") * kDegree;
-  expect_fulfilled(near, built(near, folder));
-  near = all[1].requirements;
-  near.greatest_height_m = number_after(messages[1], "a greatest height of") / 1000;
-  expect_fulfilled(near, built(near, folder));
-  near = all[1].requirements;
-  near.sigma_m = number_after(messages[1], "nearest:") / 1000;
-  expect_fulfilled(near, built(near, folder));
-  near = all[2].requirements;
-  near.floor_from_m = number_after(messages[2], "nearest:");
-  expect_fulfilled(near, built(near, folder));
-  near = all[3].requirements;
-  near.greatest_height_m = number_after(messages[3], "a greatest height of") / 1000;
-  expect_fulfilled(near, built(near, folder));
-  near = all[4].requirements;
-  near.greatest_radius_m = number_after(messages[4], "nearest: mirrors of radius") / 1000;
-  expect_fulfilled(near, built(near, folder));
-  near = all[4].requirements;
-  near.camera_angle_rad = number_after(messages[4], "or a camera of") * kDegree;
-  expect_fulfilled(near, built(near, folder));
+  const auto expect_met = [&](std::size_t k, auto Requirements::*what, const std::string& words, double unit) {
+    Requirements near = all[k].requirements;
+    near.*what = number_after(messages[k], words) * unit;
+    expect_fulfilled(near, built(near, folder));
+  };
+  constexpr double kMillimetre_m = 0.001;
+  expect_met(0, &Requirements::highest_rad, "a highest elevation of", kDegree);
+  expect_met(1, &Requirements::greatest_height_m, "a greatest height of", kMillimetre_m);
+  expect_met(1, &Requirements::sigma_m, "nearest:", kMillimetre_m);
+  expect_met(2, &Requirements::floor_from_m, "nearest:", 1);
+  expect_met(3, &Requirements::greatest_height_m, "a greatest height of", kMillimetre_m);
+  expect_met(4, &Requirements::greatest_radius_m, "nearest: mirrors of radius", kMillimetre_m);
+  expect_met(4, &Requirements::camera_angle_rad, "or a camera of", kDegree);
 }
 
 TEST(Design, RefusesRequirementsOutsideTheirDomain) {
@@ -213,7 +205,7 @@ TEST(Design, ItsDataHoldWhatItsTableSays) {
   result.analysis = analyse(result.robot, result.map, result.settings);
   const auto json = design_json(result);
   EXPECT_NEAR(json["rig"]["mirror_separation_m"].get<double>(), result.robot.rig.mirror_separation_m, 1e-12);
-  EXPECT_EQ(json["room"]["landmarks"].size(), 6U);
+  EXPECT_EQ(json["room"]["map"]["landmarks"].size(), 6U);
   EXPECT_EQ(json["room"]["cells"].size(), result.analysis.room->cells.size());
   EXPECT_NEAR(json["floor_from_m"].get<double>(), *result.analysis.reach.floor_from_m, 1e-12);
   const std::string text = table(result);

@@ -58,9 +58,9 @@ Eigen::Vector3d TexturedRoom::met(const vision::Ray& ray) const {
 }
 
 double TexturedRoom::light(const Eigen::Vector3d& point) const {
-  const double slats = slat_m > 0 ? 0.5 * std::sin(2 * std::numbers::pi * point.z() / slat_m) : 0;
-  const double grains =
-      slat_m > 0 ? slats : noise(point / cell_m) + noise(point / (4 * cell_m) + Eigen::Vector3d(7.3, 1.9, 4.1)) - 1;
+  const double grains = slat_m > 0
+                            ? 0.5 * std::sin(2 * std::numbers::pi * point.z() / slat_m)
+                            : noise(point / cell_m) + noise(point / (4 * cell_m) + Eigen::Vector3d(7.3, 1.9, 4.1)) - 1;
   // Distances as the light of a lamp: a plain wall is not uniform.
   const double shading = 1 / (1 + 0.05 * point.squaredNorm());
   return std::clamp(0.35 * shading * (1 + contrast * grains), 0.0, 1.0);

@@ -219,7 +219,7 @@ TEST(DenseRanging, KnowsTiltsOffsetsAndLenses) {
   int on_wall = 0;
   int ranged = 0;
   const Eigen::AlignedBox3d& walls = room.walls;
-  for (const Eigen::Vector3d& point : points_of(image)) {
+  for (const auto& [point, sigma_m] : points_of(image)) {
     const Eigen::Vector3d at = in_world({point, Eigen::Vector3d::UnitX()}, kPose).origin_m;
     const Eigen::Array3d off = (at - walls.min()).array().abs().min((at - walls.max()).array().abs());
     const bool is_by_box = room.boxes.front().exteriorDistance(at) < 0.05;

@@ -116,7 +116,7 @@ TEST(OneRay, WithoutErrorsThePosteriorIsUniformOnThePolygonThatAgreesWithEveryPi
     }
     OutlineFit fit;
     for (auto& vertex : fit.outline.vertices) vertex = kUnitVertex;
-  fit.outline.near = kUnitVertex;
+    fit.outline.near = kUnitVertex;
     fit.step.setZero();
     fit.information = Eigen::Matrix2d::Identity() / (0.1 * 0.1);
     const auto fits = fit_one_ray(read, fit);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { designHeadline, scaleRange, sharedRegion, viewLimits } from '../../apps/web/page/design.js';
+import { designHeadline, scaleRange, viewLimits } from '../../apps/web/page/design.js';
+import { sharedRegion } from '../../apps/web/page/report.js';
 
 const view = (lens_height_m) => ({ apex_rad: 1.93, mirror_radius_m: 0.08, lens_to_tip_m: 0.08, lens_height_m,
   lowest_rad: -0.34, highest_rad: 0.12 });

@@ -69,18 +69,12 @@ cv::Mat with_floor_of_lower(const cv::Mat& upper, const FloorLine& floor) {
   const int mean_of = std::max(1, static_cast<int>(std::lround(spread)));
   cv::Mat blurred;
   cv::blur(upper, blurred, {mean_of, 1});
-  cv::Mat columns(upper.size(), CV_32F);
-  cv::Mat rows(upper.size(), CV_32F);
   // An even window's mean is that of half a slope before its anchor.
   const double anchor = mean_of % 2 == 0 ? 0.5 : 0;
-  for (int row = 0; row < upper.rows; ++row) {
-    for (int i = 0; i < upper.cols; ++i) {
-      columns.at<float>(row, i) = static_cast<float>(i - floor.disparity_px(i) + anchor);
-      rows.at<float>(row, i) = static_cast<float>(row);
-    }
-  }
+  const cv::Matx23d from_lower(spread, 0, anchor - floor.disparity_px(0), 0, 1, 0);
   cv::Mat warped;
-  cv::remap(blurred, warped, columns, rows, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::warpAffine(blurred, warped, from_lower, upper.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REPLICATE);
   return warped;
 }
 
@@ -298,7 +292,7 @@ class Matcher {
         return std::abs(values[i] - values[shifted]);
       });
       for (std::size_t i = 0; i < std::size_t(slopes_); ++i) {
-        if (10 * differences[i] >= 8 * deviations[i]) has_left[i] = 1;
+        if (10 * differences[i] >= kUnlike * deviations[i]) has_left[i] = 1;
         if (has_left[i] != 0 && 10 * differences[i] < kAlike * deviations[i]) found[i] = 255;
       }
     }
@@ -347,8 +341,10 @@ class Matcher {
 
   static constexpr int kAlong = 8;           ///< reach of a window along the radius
   static constexpr int kLongestPeriod = 14;  ///< halved pixels
-  static constexpr int kAlike = 5;           ///< tenths of the window's deviation
-  static constexpr int kFloorReach = 2;      ///< halved pixels by which a tilted robot or a low thing moves the floor
+  // Differences of a window from its shifted one, in tenths of its deviation, that are of another texture, and of none.
+  static constexpr int kUnlike = 8;
+  static constexpr int kAlike = 5;
+  static constexpr int kFloorReach = 2;  ///< halved pixels by which a tilted robot or a low thing moves the floor
 
   const AcrossBlur& blur_;
   std::vector<cv::Mat> lower_;  ///< by level

@@ -22,16 +22,11 @@ constexpr double kMixedRim_px = 2;
 constexpr double kSteepest_rad = 75 * std::numbers::pi / 180;
 constexpr float kNowhere = -10;  // outside the image, also for bilinear neighbours
 
-/// The elevation that an upright view's circle shows. The tip shows pi / 2 - apex.
-double elevation_rad(const MirrorView& view, double radius_px) {
-  return std::numbers::pi / 2 - view.settings().cone.apex_rad + std::atan(radius_px / view.focal_length_px());
-}
-
 struct Elevations {
   double low_rad, high_rad;
 };
 Elevations elevations_of(const MirrorView& view) {
-  return {elevation_rad(view, kContext_px), elevation_rad(view, view.settings().rim_radius_px - kMixedRim_px)};
+  return {view.elevation_rad(kContext_px), view.elevation_rad(view.settings().rim_radius_px - kMixedRim_px)};
 }
 
 }  // namespace
@@ -63,7 +58,7 @@ PanoramaGrid grid_of(const Rig& rig, int azimuths) {
   bad.raise("DenseRanging");
   const double middle_px = rig.lower.settings().rim_radius_px / 2;
   const double step =
-      std::tan(elevation_rad(rig.lower, middle_px + 0.5)) - std::tan(elevation_rad(rig.lower, middle_px - 0.5));
+      std::tan(rig.lower.elevation_rad(middle_px + 0.5)) - std::tan(rig.lower.elevation_rad(middle_px - 0.5));
   const int slopes = 2 * static_cast<int>(std::floor((std::tan(high_rad) - std::tan(low_rad)) / step / 2));
   return {azimuths, slopes, std::tan(low_rad), step};
 }

@@ -135,16 +135,6 @@ std::optional<double> height_at(const MirrorView& view, const Cylinder& c, doubl
   return std::max(0.0, ray->origin_m.z() + way * ray->direction.z());
 }
 
-/// Returns whether the view looks down at the top: the far side of its rim is then farther out in the image than the
-/// near one. Where the view does not show one of the two, it looks up.
-bool looks_down_at_top(const MirrorView& view, const Cylinder& cylinder) {
-  Pixels of_both;
-  const std::array places{Place{0, cylinder.top_m}, Place{0, cylinder.top_m, true}};
-  if (!project(view, cylinder, places, Rim::kGoesOn, of_both)) return false;
-  const auto radius_px = [&](const Eigen::Vector2d& pixel) { return (pixel - view.settings().centre_px).norm(); };
-  return radius_px(of_both[1]) > radius_px(of_both[0]);
-}
-
 /// The edges of the bands that the view shows.
 class BandStrands {
  public:
@@ -244,12 +234,13 @@ std::optional<Outline> make_outline(const MirrorView& view, const Cylinder& cyli
   outline.tip_px = view.settings().centre_px;
   // The line of bands may lie beyond the rim, and bands below it be seen.
   const Rim rim = cylinder.bands ? Rim::kGoesOn : Rim::kEnds;
-  // The line of bands is on the side that faces the view, wherever the view is.
-  const bool is_far_rim = !cylinder.bands && looks_down_at_top(view, cylinder);
   const Place near{0, cylinder.top_m};
   Pixels near_px;
-  if (!project(view, cylinder, {&near, 1}, rim, near_px) ||
-      !make_vertices(view, cylinder, {&near, 1}, rim, near_px.front(), {&outline.near, 1}) ||
+  if (!project(view, cylinder, {&near, 1}, rim, near_px)) return std::nullopt;
+  // The line of bands is on the side that faces the view, wherever the view is.
+  const auto ray = view.back_project(near_px.front(), Rim::kGoesOn);
+  const bool is_far_rim = !cylinder.bands && ray && ray->looks_down();
+  if (!make_vertices(view, cylinder, {&near, 1}, rim, near_px.front(), {&outline.near, 1}) ||
       !make_vertices(view, cylinder, chain_of(cylinder, *bottom_m, is_far_rim), rim, near_px.front(),
                      outline.vertices)) {
     return std::nullopt;

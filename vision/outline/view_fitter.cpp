@@ -280,9 +280,6 @@ class ToleranceChoice {
   std::size_t common_ = 0;
 };
 
-/// A view that looks down at a top shows the far half of its rim.
-bool looks_down(const Ray& at_rim) { return at_rim.direction.z() < 0; }
-
 /// @param step (range m, bearing rad)
 Cylinder moved(const Cylinder& cylinder, const Eigen::Vector2d& step, double height_step_m) {
   Cylinder there = cylinder;
@@ -347,7 +344,7 @@ std::optional<Cylinder> ViewFitter::place(const Candidate& c, double radius_m, d
   const auto ray = ray_at(c, top_m);
   if (!ray) return std::nullopt;
   const Eigen::Vector3d& at_rim = ray->origin_m;
-  const double to_axis_m = looks_down(*ray) ? -radius_m : radius_m;
+  const double to_axis_m = ray->looks_down() ? -radius_m : radius_m;
   const double range_m = at_rim.head<2>().norm() + to_axis_m;
   if (!(range_m > radius_m)) return std::nullopt;
   return Cylinder{range_m, std::atan2(at_rim.y(), at_rim.x()), radius_m, top_m};
@@ -363,7 +360,7 @@ std::optional<Sighting> ViewFitter::found(const Candidate& c, double radius_m, d
   const auto ray = ray_at(c, top_m);
   if (!ray) return std::nullopt;
   Eigen::Vector3d near_m = ray->origin_m;
-  const double behind_near = looks_down(*ray) ? 2 - kBehindNear : kBehindNear;
+  const double behind_near = ray->looks_down() ? 2 - kBehindNear : kBehindNear;
   near_m.head<2>() -= behind_near * radius_m * ray->direction.head<2>().normalized();
   const auto near_px = mirror_.project(near_m);
   if (!near_px) return std::nullopt;

@@ -194,6 +194,15 @@ Result<cv::Mat> read_rgb(const std::filesystem::path& file) {
   return estimation::as_mat(*image).clone();
 }
 
+Result<cv::Mat> read_rgb(const std::filesystem::path& file, const CameraSettings& camera) {
+  auto rgb = read_rgb(file);
+  if (rgb && (rgb->cols != camera.width_px || rgb->rows != camera.height_px)) {
+    return Error(ErrorCode::kBadData, "{} has {} x {} pixels, the robot file says {} x {}", file.string(), rgb->cols,
+                 rgb->rows, camera.width_px, camera.height_px);
+  }
+  return rgb;
+}
+
 void write_image(const std::filesystem::path& file, const Image& image) {
   const bool is_grey = image.format == PixelFormat::kGrey8;
   const auto pixels = is_grey ? Result<Image>(image) : to_rgb8(image);

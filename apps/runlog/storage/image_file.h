@@ -10,6 +10,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "apps/runlog/storage/disk.h"
+#include "hal/camera.h"
 #include "hal/image.h"
 
 // The images of a run folder are PNG files.
@@ -25,6 +26,8 @@ Result<Image> read_image(const std::filesystem::path& file, std::string_view byt
 /// Reads a PNG file in the form that vision takes, CV_8UC3 r g b. The cv::Mat owns its pixels. Errors: those of
 /// read_image().
 Result<cv::Mat> read_rgb(const std::filesystem::path& file);
+/// The same of a camera's image. Errors: also kBadData if the image does not have the camera's size.
+Result<cv::Mat> read_rgb(const std::filesystem::path& file, const CameraSettings& camera);
 
 /// Writes an image completely or not at all: with one channel if it is kGrey8, else with three. @throws DiskError, and
 /// base::FormattedError if the image cannot be converted

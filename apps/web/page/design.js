@@ -5,7 +5,7 @@ import { quantity, millimetres, degrees } from './kit.js';
 import { showPage, section, table, figure, figures, tiles } from './kit.js';
 import { Plan } from './plan.js';
 import { Plot } from './plot.js';
-import { sideView, keepLeft } from './report.js';
+import { sideView, sharedRegion } from './report.js';
 
 // ---- logic without DOM
 
@@ -17,13 +17,6 @@ export function viewLimits(view, far) {
   const side = sideView(view), [x, y] = side.viewpoint;
   const along = (angle_rad) => [far, y + (far - x) * Math.tan(angle_rad)];
   return { ...side, lowest: along(view.lowest_rad), highest: along(view.highest_rad) };
-}
-
-/** Returns the polygon, right of the axis and over the floor, that all views show. */
-export function sharedRegion(views, far) {
-  const whole = [[0, 0], [far, 0], [far, far], [0, far]];
-  return views.reduce((polygon, { viewpoint, lowest, highest }) =>
-    keepLeft(keepLeft(polygon, viewpoint, lowest), highest, viewpoint), whole);
 }
 
 /** Returns the steps of a scale for values: round numbers between the 2nd and the 98th percentile, and these two. */
@@ -131,7 +124,7 @@ const roomViews = {
 };
 
 /** Draws the cells of a room, and what stands in it, as an image that covers its bounds. */
-function roomImage({ bounds_m: [x0, y0, x1, y1], step_m: step, cells, obstacles }, k, colour) {
+function roomImage({ map: { bounds_m: [x0, y0, x1, y1], obstacles }, step_m: step, cells }, k, colour) {
   const scale = 8 / step, [width, height] = [x1 - x0, y1 - y0].map((length) => Math.round(length * scale));
   const canvas = el('canvas', { width, height });
   const context = canvas.getContext('2d');
@@ -143,7 +136,7 @@ function roomImage({ bounds_m: [x0, y0, x1, y1], step_m: step, cells, obstacles 
       step * scale + 0.5);
   }
   context.fillStyle = '#7d8489';
-  for (const { polygon_m: corners, x_m, y_m, radius_m } of obstacles) {
+  for (const { outline_m: corners, x_m, y_m, radius_m } of obstacles) {
     context.beginPath();
     if (corners) corners.forEach(([x, y]) => context.lineTo((x - x0) * scale, (y1 - y) * scale));
     else context.arc((x_m - x0) * scale, (y1 - y_m) * scale, radius_m * scale, 0, 2 * Math.PI);
@@ -168,10 +161,10 @@ function roomFigure({ room, edge_noise_px: noise }, key) {
   const share = (value) => Math.min(Math.max((value - range[0]) / (range[1] - range[0]), 0), 1);
   const colour = (value) => d3.interpolateViridis(isCount ? share(value) : 1 - share(value));
   const show = (value) => isCount ? fixed(value, 0) : millimetres(value, value < 0.01 ? 2 : 1);
-  const plan = new Plan({ map: { bounds_m: room.bounds_m, obstacles: [], landmarks: room.landmarks },
-    underlay: roomImage(room, k, colour), label: 'The room from above', tallest: 520 });
+  const underlay = roomImage(room, k, colour);
+  const plan = new Plan({ map: room.map, underlay, label: 'The room from above', tallest: 520 });
   const every = Math.max(1, Math.round(0.5 / room.step_m));
-  const isShown = ([x, y]) => [[x, room.bounds_m[0]], [y, room.bounds_m[1]]].every(([at, from]) =>
+  const isShown = ([x, y]) => [[x, room.map.bounds_m[0]], [y, room.map.bounds_m[1]]].every(([at, from]) =>
     Math.floor((at - from) / room.step_m) % every === Math.floor(every / 2));
   plan.update({ labels: room.cells.filter(isShown).map((cell) => ({ at: [cell[0] - 0.1, cell[1] + 0.1],
     text: !exists(cell[k]) ? noValue : isCount ? fixed(cell[k], 0) : significant(1000 * cell[k], 2) })) });

@@ -419,6 +419,13 @@ export function keepLeft(polygon, [ox, oy], [tx, ty]) {
   });
 }
 
+/** Returns the polygon, right of the axis and over the floor, that all views show between the limits of each. */
+export function sharedRegion(views, far) {
+  const whole = [[0, 0], [far, 0], [far, far], [0, far]];
+  return views.reduce((polygon, { viewpoint, lowest, highest }) =>
+    keepLeft(keepLeft(polygon, viewpoint, lowest), highest, viewpoint), whole);
+}
+
 /** [height, range from which the lower mirror shows it] of the landmarks' tops: all up to three, else the extremes. */
 function shownTops({ landmarks, rig }) {
   const all = new Map(landmarks.map(({ top_m }, i) => [top_m, rig.nearest_top_m?.[i]]));
@@ -432,7 +439,7 @@ function geometryFigure(data) {
   // The figure is wide enough to show where the highest top enters the lower mirror's view.
   const width = exists(nearest) ? Math.min(Math.max(1.25 * nearest, 1.2 * tallest), 4 * tallest) : 1.6 * tallest;
   const left = Math.min(lower.viewpoint[0], upper.viewpoint[0]) - 0.12 * tallest, far = 10 * width;
-  const seen = (polygon, { viewpoint, tip, rim }) => keepLeft(keepLeft(polygon, viewpoint, tip), rim, viewpoint);
+  const limits = ({ viewpoint, tip, rim }) => ({ viewpoint, lowest: tip, highest: rim });
   const along = ([x, y], [tx, ty]) => [far, y + (ty - y) * (far - x) / Math.max(tx - x, 1e-9)];
   const rays = ({ viewpoint, tip, rim }, name, colour, dash) => [tip, rim].flatMap((through) => [
     { name, colour, dash, points: [through, along(viewpoint, through)] },
@@ -441,7 +448,7 @@ function geometryFigure(data) {
     floor: false, xLabel: 'distance from the axis / m', yLabel: 'height above the floor / m' });
   plan.update({
     areas: [{ name: 'common region', colour: 'bound',
-      points: seen(seen([[0, 0], [far, 0], [far, far], [0, far]], lower), upper) },
+      points: sharedRegion(views.map(limits), far) },
     ...views.map(({ tip, rim }) => ({ colour: 'edge', solid: true, points: [tip, rim, [-rim[0], rim[1]]] }))],
     paths: [...rays(lower, 'lower mirror', 'fix'), ...rays(upper, 'upper mirror', 'odometry', '10 3'),
       { colour: 'paper', dash: '8 3 1 3', points: [[0, 0], [0, 2 * tallest]] },
