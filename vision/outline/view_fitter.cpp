@@ -305,6 +305,24 @@ double step_px(const OutlineFit& fit, const Eigen::Vector2d& step) {
 
 double rim_width_px(const OutlineFit& fit) { return fit.outline.vertices[Outline::kSideSegments].chord_px; }
 
+namespace {
+
+/// Returns the error that the width of the outline should have.
+double width_sigma_px(const OutlineFit& fit) {
+  return std::hypot(fit.sigma_narrowness_px, fit.cylinder.width_doubt * rim_width_px(fit));
+}
+
+/// Returns the square of the width's error in sigmas: what moves a whole side, which the scatter along it does not
+/// show. A landmark that appears far too narrow or too wide says nothing of the sides of others, and one with bands has
+/// edges that no background moves.
+Scores width_score(const OutlineFit& fit) {
+  if (!(fit.sigma_narrowness_px > 0) || fit.cylinder.bands) return {};
+  const double sigmas = std::min(std::abs(fit.narrowness_px) / width_sigma_px(fit), kNarrowSigmas);
+  return {sigmas * sigmas, 1};
+}
+
+}  // namespace
+
 // The fit of a thin landmark may stop below its top. If the landmark's colour continues beyond, the cylinder is moved
 // to where the colour ends.
 void ViewFitter::follow_colour(std::uint8_t label, const cv::Mat& image, OutlineFit& fit) const {
@@ -506,14 +524,17 @@ std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSea
   // Coarse fits and fine fits are pooled separately.
   std::array<Scores, 2> arc;
   std::array<Scores, 2> sides;
+  std::array<Scores, 2> widths;
   const auto add = [](Scores& sum, const Scores& one) {
     sum.found += one.found;
     sum.expected += one.expected;
   };
   for (const OutlineSearch* look : looks) {
     if (!look->fit) continue;
-    add(arc[look->is_fine ? 1 : 0], look->fit->arc_scores);
-    add(sides[look->is_fine ? 1 : 0], look->fit->side_scores);
+    const std::size_t stage = look->is_fine ? 1 : 0;
+    add(arc[stage], look->fit->arc_scores);
+    add(sides[stage], look->fit->side_scores);
+    add(widths[stage], width_score(*look->fit));
   }
   std::vector<OutlineVerdict> judged(looks.size());
   const ToleranceChoice choice(looks);
@@ -522,8 +543,7 @@ std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSea
     const OutlineFit& fit = *looks[i]->fit;
     const std::size_t stage = looks[i]->is_fine ? 1 : 0;
     judged[i].is_occluded = fit.arc_support < kLeastArcSupport;
-    const double doubt_px = fit.cylinder.width_doubt * rim_width_px(fit);
-    const double off_px = std::max(kNarrow_px, kNarrowSigmas * std::hypot(fit.sigma_narrowness_px, doubt_px));
+    const double off_px = std::max(kNarrow_px, kNarrowSigmas * width_sigma_px(fit));
     const bool is_side_hidden = std::min(fit.left_support, fit.right_support) < kLeastSideSupport;
     judged[i].is_narrow = is_side_hidden || fit.narrowness_px > off_px;
     judged[i].is_wide = fit.narrowness_px < -off_px;
@@ -538,9 +558,11 @@ std::vector<OutlineVerdict> ViewFitter::judge(const std::vector<const OutlineSea
       judged[i].is_occluded = !judged[i].sighting && !judged[i].is_wide;
       continue;
     }
+    const double along_sides =
+        scatter(sides[stage], fit.side_scores, looks[i]->is_fine ? kLeastSideScatter : kLeastScatter);
+    const double of_widths = widths[stage].found / std::max(widths[stage].expected, 1.0);
     judged[i].sighting =
-        sighting_of(fit, scatter(arc[stage], fit.arc_scores, kLeastScatter),
-                    scatter(sides[stage], fit.side_scores, looks[i]->is_fine ? kLeastSideScatter : kLeastScatter));
+        sighting_of(fit, scatter(arc[stage], fit.arc_scores, kLeastScatter), std::max(along_sides, of_widths));
   }
   return judged;
 }
