@@ -19,7 +19,7 @@ constexpr double kAgreeSigmas = 3;
 constexpr double kAgreeShare = 0.02;
 
 struct RangedPixel {
-  double range_m, sigma_m;
+  double range_m, sigma_m, height_m;
 };
 
 /// Returns the nearest thing of ascending ranges.
@@ -29,7 +29,11 @@ Beam nearest_thing(const std::vector<RangedPixel>& ranged) {
     const std::size_t last = first + kLeastPixels - 1;
     if (ranged[last].range_m > ranged[first].range_m + 2 * within_m) continue;
     const RangedPixel& middle = ranged[(first + last) / 2];
-    return {BeamState::kOccupied, middle.range_m, middle.sigma_m};
+    Beam beam{BeamState::kOccupied, middle.range_m, middle.sigma_m, middle.height_m};
+    for (std::size_t k = first; k < ranged.size() && ranged[k].range_m <= middle.range_m + within_m; ++k) {
+      beam.top_m = std::max(beam.top_m, ranged[k].height_m);
+    }
+    return beam;
   }
   return {};
 }
@@ -67,7 +71,7 @@ std::vector<Beam> scan_of(const RangeImage& image, const ScanSettings& settings)
       if (is_below || is_above) {
         others[beam].push_back(range_m);
       } else {
-        things[beam].push_back({range_m, sigma_m});
+        things[beam].push_back({range_m, sigma_m, height_m});
       }
     }
   }
@@ -78,7 +82,7 @@ std::vector<Beam> scan_of(const RangeImage& image, const ScanSettings& settings)
     if (scan[k].state == BeamState::kOccupied || others[k].size() < kLeastPixels) continue;
     // The farthest, without as many wrong ones as a thing must have pixels.
     std::ranges::sort(others[k]);
-    scan[k] = {BeamState::kFree, others[k][others[k].size() - kLeastPixels], 0};
+    scan[k] = {BeamState::kFree, others[k][others[k].size() - kLeastPixels]};
   }
   return scan;
 }

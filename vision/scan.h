@@ -1,31 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "vision/beam.h"
 #include "vision/dense_ranging.h"
 
 namespace twocone::vision {
 
-/// What a beam of a scan says. Without a range at its bearings it says nothing: unknown.
-enum class BeamState : std::uint8_t { kUnknown, kFree, kOccupied };
 /// Returns unknown, free, occupied.
 std::string_view to_string(BeamState state);
 
-struct Beam {
-  BeamState state = BeamState::kUnknown;
-  /// Horizontal distance from the body's origin. Occupied: of the nearest thing. Free: of the farthest thing, or place
-  /// of the floor, that is ranged there; nothing within the heights was ranged before it. Unknown: 0.
-  double range_m = 0;
-  double sigma_m = 0;  ///< occupied: of range_m; else 0
-};
-
 struct ScanSettings {
-  int beams = 360;      ///< >= 1; beam k is about the bearing -pi + 2 pi (k + 0.5) / beams
+  int beams = 360;      ///< >= 1
   double low_m = 0.05;  ///< what ends below this is floor, that the robot drives over
   double high_m = 0.8;  ///< what begins above this is passed under
   double sigmas = 3;    ///< a height counts as outside the two only by so many of its sigmas

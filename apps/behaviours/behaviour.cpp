@@ -33,11 +33,11 @@ double distance_to_outline(const Eigen::Vector2d& p, const Outline& outline) {
   return inside ? -nearest : nearest;
 }
 
+}  // namespace
+
 double turn_rate_on_the_spot(const Body& body) {
   return 2 * Wander::kTurning * body.max_speed_mps / body.wheel_separation_m;
 }
-
-}  // namespace
 
 double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
   double least = std::min((p_m - min_m).minCoeff(), (max_m - p_m).minCoeff());
@@ -47,6 +47,18 @@ double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
     least = std::min(least, (p_m - centre_m).norm() - disc.radius_m);
   }
   return least;
+}
+
+Motion towards(const Body& body, const localisation::Pose& believed, const Eigen::Vector2d& place_m, bool is_blocked) {
+  constexpr double kSteering_1ps = 1.5;  // turn rate per radian of error
+  const Eigen::Vector2d to_go = place_m - Eigen::Vector2d(believed.x_m, believed.y_m);
+  const double error_rad = localisation::wrap_angle_rad(std::atan2(to_go.y(), to_go.x()) - believed.heading_rad);
+  const double most_radps = turn_rate_on_the_spot(body);
+  const double turn_radps = std::clamp(kSteering_1ps * error_rad, -most_radps, most_radps);
+  if (std::abs(error_rad) > kTurnOnTheSpot_rad) return {0, std::copysign(most_radps, error_rad)};
+  if (is_blocked) return {0, turn_radps};
+  // The robot drives slowly near the place; otherwise it could pass it before the turn is complete.
+  return {std::min(Wander::kForward * body.max_speed_mps, std::max(to_go.norm(), Waypoints::kReached_m)), turn_radps};
 }
 
 Motion Still::decide(const localisation::Pose& /*believed*/, double /*step_s*/) { return {}; }
@@ -100,14 +112,7 @@ Waypoints::Waypoints(const Body& body, std::vector<Eigen::Vector2d> points_m)
 Motion Waypoints::decide(const localisation::Pose& believed, double /*step_s*/) {
   const Eigen::Vector2d here(believed.x_m, believed.y_m);
   if ((points_m_[next_] - here).norm() < kReached_m) next_ = (next_ + 1) % points_m_.size();
-  const Eigen::Vector2d to_go = points_m_[next_] - here;
-  const double error_rad = localisation::wrap_angle_rad(std::atan2(to_go.y(), to_go.x()) - believed.heading_rad);
-  const double most_radps = turn_rate_on_the_spot(body_);
-  const double turn_radps = std::clamp(kSteering_1ps * error_rad, -most_radps, most_radps);
-  if (std::abs(error_rad) > kTurnOnTheSpot_rad) return {0, std::copysign(most_radps, error_rad)};
-  // The robot drives slowly near the point; otherwise it could pass the point before the turn is complete.
-  const double speed_mps = std::min(Wander::kForward * body_.max_speed_mps, std::max(to_go.norm(), kReached_m));
-  return {speed_mps, turn_radps};
+  return towards(body_, believed, points_m_[next_], false);
 }
 
 }  // namespace twocone::behaviours

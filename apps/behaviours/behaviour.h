@@ -10,6 +10,7 @@
 
 #include "base/plane.h"
 #include "localisation/odometry.h"
+#include "vision/beam.h"
 
 namespace twocone::behaviours {
 
@@ -41,6 +42,8 @@ class Behaviour {
   virtual Motion decide(const localisation::Pose& believed, double step_s) = 0;
   /// Replaces the obstacles that were found on the way, besides those of the map.
   virtual void avoid(const std::vector<Disc>& /*found*/) {}
+  /// Receives what the robot saw around itself. @param at its pose then, world frame
+  virtual void see(const localisation::Pose& /*at*/, const std::vector<vision::Beam>& /*scan*/) {}
 };
 
 /// The limits of the body.
@@ -49,6 +52,12 @@ struct Body {
   double max_speed_mps = 0;       ///< of a wheel over the floor, > 0
   double wheel_separation_m = 0;  ///< > 0
 };
+
+/// Returns the motion towards a place. If its direction differs from the heading by more than kTurnOnTheSpot_rad, the
+/// robot turns on the spot; otherwise it steers while it drives.
+/// @param is_blocked it turns only
+constexpr double kTurnOnTheSpot_rad = 0.5;
+Motion towards(const Body& body, const localisation::Pose& believed, const Eigen::Vector2d& place_m, bool is_blocked);
 
 /// Keeps the robot at rest for the whole run.
 class Still final : public Behaviour {
@@ -111,13 +120,13 @@ class Wander final : public Behaviour {
   double side_ = 0;         ///< +1 left, -1 right, 0 not turning
 };
 
-/// Drives from point to point, and from the last one back to the first. If the direction to the next point differs from
-/// the heading by more than kTurnOnTheSpot_rad, the robot turns on the spot; otherwise it steers while it drives.
+/// Returns the turn rate of turns on the spot.
+double turn_rate_on_the_spot(const Body& body);
+
+/// Drives from point to point, and from the last one back to the first.
 class Waypoints final : public Behaviour {
  public:
   static constexpr double kReached_m = 0.10;
-  static constexpr double kTurnOnTheSpot_rad = 0.5;
-  static constexpr double kSteering_1ps = 1.5;  ///< turn rate per radian of error
 
   /// @throws std::invalid_argument if there are no points
   Waypoints(const Body& body, std::vector<Eigen::Vector2d> points_m);

@@ -74,18 +74,35 @@ void BelievedPose::add_odometry(std::uint64_t frame, const localisation::Pose& p
   odometry_.push_back({frame, pose});
 }
 
-void BelievedPose::add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m) {
+const localisation::Pose& BelievedPose::odometry_at(std::uint64_t frame) {
   while (!odometry_.empty() && odometry_.front().frame < frame) odometry_.pop_front();
   assert(!odometry_.empty() && odometry_.front().frame == frame);
-  const localisation::Pose& then = odometry_.front().pose;
-  const Eigen::Vector2d wanted_m = position_m - Eigen::Vector2d(then.x_m, then.y_m);
+  return odometry_.front().pose;
+}
+
+Eigen::Vector2d BelievedPose::turned_m(const localisation::Pose& odometry) const {
+  return Eigen::Rotation2Dd(turn_rad_) * Eigen::Vector2d(odometry.x_m, odometry.y_m);
+}
+
+localisation::Pose BelievedPose::corrected(const localisation::Pose& odometry) const {
+  const Eigen::Vector2d place_m = turned_m(odometry) + correction_m_;
+  return {place_m.x(), place_m.y(), localisation::wrap_angle_rad(odometry.heading_rad + turn_rad_)};
+}
+
+void BelievedPose::add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m) {
+  const Eigen::Vector2d wanted_m = position_m - turned_m(odometry_at(frame));
   correction_m_ += kShare * (wanted_m - correction_m_);
+}
+
+void BelievedPose::add_estimate(std::uint64_t frame, const localisation::Pose& pose) {
+  const localisation::Pose& then = odometry_at(frame);
+  turn_rad_ = localisation::wrap_angle_rad(pose.heading_rad - then.heading_rad);
+  correction_m_ = Eigen::Vector2d(pose.x_m, pose.y_m) - turned_m(then);
 }
 
 localisation::Pose BelievedPose::pose() const {
   assert(!odometry_.empty());
-  const localisation::Pose& now = odometry_.back().pose;
-  return {now.x_m + correction_m_.x(), now.y_m + correction_m_.y(), now.heading_rad};
+  return corrected(odometry_.back().pose);
 }
 
 }  // namespace twocone::estimation

@@ -76,7 +76,7 @@ class WheelHistory {
 ///
 /// A fix gives the position at its frame, so the correction is its difference from the odometry of that frame. Only a
 /// share of the difference is applied at a time, because steering needs a smooth pose and one wrong fix must not shift
-/// it far. The heading is that of the odometry.
+/// it far. The heading is that of the odometry. An estimate of the whole pose, instead, is believed as it is.
 class BelievedPose {
  public:
   /// Share of each correction that is applied. The noise of the fixes is averaged over about 1 / kShare of them.
@@ -86,16 +86,26 @@ class BelievedPose {
   /// Adds a fix. @param frame a frame that add_odometry received, not older than that of the latest fix
   void add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m);
 
+  /// Adds an estimate of the pose at a frame, likewise.
+  void add_estimate(std::uint64_t frame, const localisation::Pose& pose);
+
   /// Returns the newest odometry with the correction. Requires at least one pose of odometry.
   [[nodiscard]] localisation::Pose pose() const;
+  /// Returns the believed pose at a frame, as add_fix.
+  [[nodiscard]] localisation::Pose pose_at(std::uint64_t frame) { return corrected(odometry_at(frame)); }
 
  private:
   struct Entry {
     std::uint64_t frame;
     localisation::Pose pose;
   };
+  const localisation::Pose& odometry_at(std::uint64_t frame);
+  [[nodiscard]] Eigen::Vector2d turned_m(const localisation::Pose& odometry) const;
+  [[nodiscard]] localisation::Pose corrected(const localisation::Pose& odometry) const;
+
   std::deque<Entry> odometry_;  ///< from the frame of the latest fix on
   Eigen::Vector2d correction_m_ = Eigen::Vector2d::Zero();
+  double turn_rad_ = 0;  ///< of the odometry's world into the believed one, before correction_m_
 };
 
 }  // namespace twocone::estimation

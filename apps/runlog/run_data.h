@@ -44,7 +44,7 @@ struct RunInfo {
   std::string version;  ///< of twocone
   std::string commit;   ///< of its source, or "unknown"
   std::string compiler;
-  std::string behaviour;  ///< wander, waypoints, still, or kImported
+  std::string behaviour;  ///< RunOptions::behaviour, or kImported
   std::string method;     ///< the method at the time of the run
   std::uint64_t seed = 0;
   int frames_wanted = 0;

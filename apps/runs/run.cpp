@@ -20,6 +20,7 @@
 #include "apps/runs/loop/frame_taker.h"
 #include "apps/runs/loop/real_time.h"
 #include "apps/runs/loop/run_record.h"
+#include "apps/runs/loop/scanner.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
 #include "apps/runs/loop/truth_collector.h"
@@ -67,6 +68,7 @@ class Loop {
         steering_(robot, options.maps ? estimation::without_landmarks(map) : map, options.behaviour, options.seed,
                   options.remote, [this](const auto& event) { record_.note(event); }),
         answers_(robot, map, options.method, options.maps) {
+    if (options.behaviour == "explore") scanner_.emplace(robot, map);
     if (!answers_.why_no_baseline().empty()) record_.note("no baseline: " + answers_.why_no_baseline());
   }
 
@@ -215,6 +217,8 @@ class Loop {
     std::uint64_t frame;
     std::optional<Eigen::Vector2d> position_m;
     std::vector<Disc> found;  ///< landmarks found on the way
+    std::optional<Pose2> estimate;
+    std::vector<vision::Beam> scan;  ///< where the behaviour needs it
   };
 
   /// Steers by the oldest answer that was not used, which is computed now unless that was done before.
@@ -223,7 +227,11 @@ class Loop {
       if (auto answered = answer_oldest(); !answered) return answered;
     }
     const Answer& answer = answers_ahead_.front();
-    if (answer.position_m) steering_.add_fix(answer.frame, *answer.position_m);
+    if (scanner_) {
+      steering_.add_scan(answer.frame, answer.estimate, answer.scan);
+    } else if (answer.position_m) {
+      steering_.add_fix(answer.frame, *answer.position_m);
+    }
     if (options_.maps) steering_.avoid(answer.found);
     answers_ahead_.pop_front();
     return {};
@@ -286,7 +294,12 @@ class Loop {
     tell_of_rig(waits_for_program_ ? kWait : kIfReady);
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
-    answers_ahead_.push_back({record.frame.frame, *position_m, discs_of(answers_.found())});
+    Answer answer{record.frame.frame, *position_m, discs_of(answers_.found()), {}, {}};
+    if (const auto pose = runlog::pose_of(*record.answer.track)) {
+      answer.estimate = Pose2{pose->x_m, pose->y_m, pose->heading_rad};
+    }
+    if (scanner_) answer.scan = scanner_->scan(*lower, *upper);
+    answers_ahead_.push_back(std::move(answer));
     const double arrived_s = record.frame.host_t_s.value_or(0) - clock_before_s_;
     finished.record = std::move(record);
     if (options_.finished) {
@@ -401,6 +414,7 @@ class Loop {
   RunRecord record_;
   Steering steering_;
   FrameAnswers answers_;
+  std::optional<Scanner> scanner_;
   std::optional<StartCheck> start_check_;
   RealTime real_time_{RealTime::Milliseconds(1e3 / robot_.lower.settings.rate_hz)};
   TruthCollector truth_;

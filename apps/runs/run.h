@@ -41,7 +41,7 @@ struct LiveFigures {
 
 struct RunOptions {
   int frames = 450;                  ///< >= 1; 30 s at 15 frames per second, as in the paper
-  std::string behaviour = "wander";  ///< wander, waypoints, still, manual
+  std::string behaviour = "wander";  ///< wander, waypoints, explore, still, manual
   estimation::Method method = estimation::kDefaultMethod;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make

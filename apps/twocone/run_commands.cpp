@@ -248,8 +248,8 @@ void add_run(CLI::App& program) {
   auto* frames =
       add_checked(command, "--frames", options->run.frames, "Stereo frames to take", CLI::Range(1, 100'000'000));
   add_checked(command, "--behaviour", options->run.behaviour,
-              "How to drive: wander, waypoints, still, or manual (by hand, in the page of --live)",
-              CLI::IsMember({"wander", "waypoints", "still", "manual"}));
+              "How to drive: wander, waypoints, explore, still, or manual (by hand, in the page of --live)",
+              CLI::IsMember({"wander", "waypoints", "explore", "still", "manual"}));
   add_live(command, options->live, options->page,
            "Show the run in a browser while the robot drives, and print the page's address. PORT: any that is free.\n"
            "A simulation is paced by the wall clock");

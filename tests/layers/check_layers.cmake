@@ -23,7 +23,7 @@ set(may_localisation base localisation vision)
 set(may_drivers/backends hal drivers)
 set(may_drivers/DRIVER base hal drivers/DRIVER)
 # Behaviours receive values and no device. So they cannot distinguish simulation from hardware or access the truth.
-set(may_apps/behaviours apps/behaviours base localisation hal/clock.h hal/diff_drive.h)
+set(may_apps/behaviours apps/behaviours base localisation vision/beam.h hal/clock.h hal/diff_drive.h)
 set(may_apps/config apps/config apps/behaviours base hal vision localisation ${drivers_api})
 # An answer depends on images, map and rig only. So the estimation may include no driver and no run folder.
 set(may_apps/estimation apps/estimation apps/config base hal/image.h hal/result.h hal/diff_drive.h hal/clock.h vision localisation)
@@ -32,7 +32,7 @@ set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision loca
 set(may_apps/telemetry apps/telemetry ${common})
 # The server and the page know no robot and no run.
 set(may_apps/web apps/web base hal/result.h)
-set(may_apps/runs apps/runs apps/telemetry ${common})
+set(may_apps/runs apps/runs apps/design/sight.h apps/telemetry ${common})
 set(may_apps/viewer apps/viewer apps/runs apps/telemetry apps/web ${common})
 # What the tables and drawings of all tools are made of. It knows poses and maps, and no result of any tool.
 set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h apps/runlog/storage/image_file.h base hal

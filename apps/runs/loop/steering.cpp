@@ -1,18 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/steering.h"
 
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "apps/behaviours/explore.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/design/sight.h"
 #include "base/errors.h"
 
 namespace twocone::runs {
 namespace {
+
+std::unique_ptr<behaviours::Behaviour> make_explorer(const config::Robot& robot, const config::Map& map,
+                                                     const behaviours::Body& body) {
+  const design::Sight sight(config::to_rig(robot));
+  const design::Reach reach = design::reach_of(sight);
+  if (!reach.floor_from_m) {
+    throw config::FileError(
+        "{}: behaviour explore needs mirrors that both see the floor, and {}; `twocone design --floor-from-m 1.4` "
+        "finds "
+        "such a pair",
+        robot.file.string(), design::words_of(reach));
+  }
+  constexpr double kStep_m = 0.05;
+  std::vector<double> lowest_m;
+  for (int k = 0; k * kStep_m <= behaviours::SeenFloor::kFarthest_m + kStep_m; ++k) {
+    const auto shared = sight.shared_heights(k * kStep_m);
+    lowest_m.push_back(shared ? shared->lowest_m : std::numeric_limits<double>::infinity());
+  }
+  const auto lowest_seen_m = [lowest_m](double distance_m) {
+    return lowest_m[std::min(lowest_m.size() - 1, std::size_t(distance_m / kStep_m))];
+  };
+  // A decision follows from the image before the latency, and holds for a frame; the wheels obey in the next.
+  const double reaction_s = (robot.latency_frames + 2) / robot.lower.settings.rate_hz;
+  return std::make_unique<behaviours::Explore>(body, config::to_arena(map), lowest_seen_m, reaction_s);
+}
 
 std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot, const config::Map& map,
                                                       const std::string& name, std::uint64_t seed,
@@ -20,6 +49,7 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot
   const behaviours::Body body{robot.body_radius_m, robot.drive.max_speed_mps, robot.drive.wheel_separation_m};
   if (name == "still") return std::make_unique<behaviours::Still>();
   if (name == "wander") return std::make_unique<behaviours::Wander>(body, config::to_arena(map), seed);
+  if (name == "explore") return make_explorer(robot, map, body);
   if (name == "waypoints") {
     std::vector<Eigen::Vector2d> points_m;
     for (const config::Point& p : robot.waypoints) points_m.emplace_back(p.x_m, p.y_m);
@@ -33,7 +63,7 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot
     if (remote == nullptr) throw std::invalid_argument("behaviour manual needs a person who drives: a live page");
     return std::make_unique<behaviours::Manual>(body, [remote] { return remote->requested(); });
   }
-  throw base::InvalidArgument("no behaviour '{}'; there are: wander, waypoints, still, manual", name);
+  throw base::InvalidArgument("no behaviour '{}'; there are: wander, waypoints, explore, still, manual", name);
 }
 
 }  // namespace
@@ -45,6 +75,12 @@ Steering::Steering(const config::Robot& robot, const config::Map& map, const std
       remote_(remote),
       notify_(std::move(notify)),
       behaviour_(make_behaviour(robot, map, behaviour, seed, remote)) {}
+
+void Steering::add_scan(std::uint64_t frame, const std::optional<Pose2>& estimate,
+                        const std::vector<vision::Beam>& scan) {
+  if (estimate) belief_.add_estimate(frame, *estimate);
+  behaviour_->see(belief_.pose_at(frame), scan);
+}
 
 WheelSpeeds Steering::decide(std::uint64_t frame, double step_s, double image_age_s) {
   if (const bool is_held = remote_ != nullptr && remote_->is_held(); is_held || was_held_) {

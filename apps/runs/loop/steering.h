@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
@@ -19,8 +21,9 @@ namespace twocone::runs {
 /// rule to the age of the images.
 class Steering {
  public:
-  /// @param behaviour wander, waypoints, still or manual. @throws std::invalid_argument for any other name, and for
-  /// manual without `remote`; config::FileError for waypoints if the robot file has no list of them
+  /// @param behaviour wander, waypoints, explore, still or manual. @throws std::invalid_argument for any other name,
+  /// and for manual without `remote`; config::FileError for waypoints if the robot file has no list of them, and for
+  /// explore if the mirrors do not both see the floor
   /// @param remote holds the wheels; may be null
   Steering(const config::Robot& robot, const config::Map& map, const std::string& behaviour, std::uint64_t seed,
            const RemoteControl* remote, std::function<void(const std::string&)> notify);
@@ -28,6 +31,8 @@ class Steering {
   void add_odometry(std::uint64_t frame, const localisation::Pose& pose) { belief_.add_odometry(frame, pose); }
   /// Adds the position of a fix that can be used as a place.
   void add_fix(std::uint64_t frame, const Eigen::Vector2d& position_m) { belief_.add_fix(frame, position_m); }
+  /// Adds what the robot saw around itself at a frame, with the estimate of its pose then, if there is one.
+  void add_scan(std::uint64_t frame, const std::optional<Pose2>& estimate, const std::vector<vision::Beam>& scan);
   /// Replaces the obstacles that were found on the way.
   void avoid(const std::vector<Disc>& found) { behaviour_->avoid(found); }
   /// Returns the speeds for a frame. They are 0 while a person holds the wheels, and if the newest image is older than

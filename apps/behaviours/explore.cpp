@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/behaviours/explore.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <queue>
+#include <utility>
+
+namespace twocone::behaviours {
+namespace {
+
+constexpr double kFirst_m = 0.3;       // of a way, for the direction in which it begins
+constexpr double kLookAhead_m = 0.8;   // longest straight part of the way to steer for
+constexpr double kClear_m = 0.10;      // beyond the distance that is driven until the wheels can react
+constexpr double kApproach_mps = 0.3;  // of things that move
+// What is new in a scan stops the robot if so many beams end at it: one may be wrong.
+constexpr int kLeastBeams = 3;
+// Each way ends with a turn and a start: of two that show as much per second, the longer one is better.
+constexpr double kPause_s = 1;
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+}  // namespace
+
+/// The shortest ways from one cell.
+struct Explore::Ways {
+  std::vector<double> cost_m;  ///< by cell, infinite where there is no way
+  std::vector<std::size_t> before;
+  std::vector<int> new_cells;          ///< on the way that were not visited
+  std::vector<std::size_t> direction;  ///< cell of the way, kFirst_m from its begin
+};
+
+Explore::Explore(const Body& body, const Arena& arena, LowestSeen lowest_seen_m, double reaction_s)
+    : body_(body), reaction_s_(reaction_s), floor_(arena, std::move(lowest_seen_m)), is_visited_(floor_.cells()) {}
+
+void Explore::see(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
+  new_things_m_.clear();
+  for (std::size_t k = 0; k < scan.size(); ++k) {
+    if (scan[k].state != vision::BeamState::kOccupied) continue;
+    const double course_rad =
+        at.heading_rad - std::numbers::pi + 2 * std::numbers::pi * (double(k) + 0.5) / double(scan.size());
+    const Eigen::Vector2d place_m =
+        Eigen::Vector2d(at.x_m, at.y_m) + scan[k].range_m * Eigen::Vector2d(std::cos(course_rad), std::sin(course_rad));
+    if (!floor_.is_known_thing(place_m)) new_things_m_.push_back(place_m);
+  }
+  floor_.add(at, scan);
+  has_seen_ = true;
+}
+
+Explore::Ways Explore::ways_from(std::size_t here) const {
+  Ways ways{std::vector<double>(floor_.cells(), std::numeric_limits<double>::infinity()),
+            std::vector<std::size_t>(floor_.cells(), kNone), std::vector<int>(floor_.cells()),
+            std::vector<std::size_t>(floor_.cells(), kNone)};
+  using Entry = std::pair<double, std::size_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  ways.cost_m[here] = 0;
+  open.emplace(0, here);
+  const auto columns = std::ptrdiff_t(floor_.columns());
+  const std::array steps{std::pair{std::ptrdiff_t(1), 1.0},
+                         std::pair{std::ptrdiff_t(-1), 1.0},
+                         std::pair{columns, 1.0},
+                         std::pair{-columns, 1.0},
+                         std::pair{columns + 1, std::numbers::sqrt2},
+                         std::pair{columns - 1, std::numbers::sqrt2},
+                         std::pair{-columns + 1, std::numbers::sqrt2},
+                         std::pair{-columns - 1, std::numbers::sqrt2}};
+  while (!open.empty()) {
+    const auto [cost_m, cell] = open.top();
+    open.pop();
+    if (cost_m > ways.cost_m[cell]) continue;
+    // Cells of the border have no room, so each cell on a way has eight neighbours.
+    for (const auto& [step, length] : steps) {
+      const std::ptrdiff_t next = std::ptrdiff_t(cell) + step;
+      if (room_[std::size_t(next)] == 0) continue;
+      const double there_m =
+          cost_m + length * SeenFloor::kCell_m * (is_easy_[std::size_t(next)] != 0 ? 1 : kUneasyCost);
+      if (there_m >= ways.cost_m[std::size_t(next)]) continue;
+      ways.cost_m[std::size_t(next)] = there_m;
+      ways.before[std::size_t(next)] = cell;
+      ways.new_cells[std::size_t(next)] = ways.new_cells[cell] + (is_visited_[std::size_t(next)] != 0 ? 0 : 1);
+      ways.direction[std::size_t(next)] = cost_m < kFirst_m ? std::size_t(next) : ways.direction[cell];
+      open.emplace(there_m, std::size_t(next));
+    }
+  }
+  return ways;
+}
+
+bool Explore::is_straight_way(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const {
+  const int steps = std::max(1, static_cast<int>(std::ceil((to_m - from_m).norm() / (SeenFloor::kCell_m / 2))));
+  for (int k = 1; k <= steps; ++k) {
+    if (room_[floor_.cell_of(from_m + (to_m - from_m) * k / steps)] == 0) return false;
+  }
+  return true;
+}
+
+std::optional<Eigen::Vector2d> Explore::nearest_room(const Eigen::Vector2d& here_m) const {
+  std::optional<Eigen::Vector2d> nearest_m;
+  for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
+    if (room_[cell] == 0) continue;
+    const Eigen::Vector2d middle_m = floor_.middle_m(cell);
+    if (!nearest_m || (middle_m - here_m).norm() < (*nearest_m - here_m).norm()) nearest_m = middle_m;
+  }
+  return nearest_m;
+}
+
+std::optional<Eigen::Vector2d> Explore::next_place(const localisation::Pose& believed) {
+  const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
+  const std::size_t here = floor_.cell_of(here_m);
+  // Something has come, or was found, closer than the margin.
+  if (room_[here] == 0) return nearest_room(here_m);
+  const Ways ways = ways_from(here);
+  const auto can_be_goal = [&](std::size_t cell) {
+    return is_visited_[cell] == 0 && room_[cell] != 0 && std::isfinite(ways.cost_m[cell]);
+  };
+  if (!goal_ || !can_be_goal(*goal_)) {
+    goal_.reset();
+    double best = 0;
+    for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
+      if (!can_be_goal(cell)) continue;
+      const Eigen::Vector2d begin_m = localisation::in_body(believed, floor_.middle_m(ways.direction[cell]));
+      const double turn_s = std::abs(std::atan2(begin_m.y(), begin_m.x())) / turn_rate_on_the_spot(body_);
+      const double time_s = turn_s + ways.cost_m[cell] / (Wander::kForward * body_.max_speed_mps);
+      const double new_per_s = ways.new_cells[cell] / (time_s + kPause_s);
+      if (new_per_s > best) {
+        best = new_per_s;
+        goal_ = cell;
+      }
+    }
+  }
+  if (!goal_) return std::nullopt;
+  std::vector<std::size_t> way;
+  for (std::size_t cell = *goal_; cell != here; cell = ways.before[cell]) way.push_back(cell);
+  std::ranges::reverse(way);
+  Eigen::Vector2d place_m = floor_.middle_m(way.front());
+  for (const std::size_t cell : way) {
+    const Eigen::Vector2d middle_m = floor_.middle_m(cell);
+    if ((middle_m - here_m).norm() > kLookAhead_m || !is_straight_way(here_m, middle_m)) break;
+    place_m = middle_m;
+  }
+  return place_m;
+}
+
+bool Explore::is_blocked(const localisation::Pose& believed) const {
+  const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
+  const Eigen::Vector2d forward(std::cos(believed.heading_rad), std::sin(believed.heading_rad));
+  const double speed_mps = Wander::kForward * body_.max_speed_mps;
+  // What is too near already must not come nearer; the robot may drive away from it.
+  const int not_free = floor_.not_free_within(here_m, body_.radius_m);
+  const double way_m = speed_mps * reaction_s_ + kClear_m;
+  for (int k = 1; k * SeenFloor::kCell_m < way_m; ++k) {
+    if (floor_.not_free_within(here_m + k * SeenFloor::kCell_m * forward, body_.radius_m) > not_free) return true;
+  }
+  // What has just come may come nearer.
+  const Eigen::Vector2d meets_m = here_m + (way_m + kApproach_mps * reaction_s_) * forward;
+  return std::ranges::count_if(new_things_m_, [&](const Eigen::Vector2d& thing_m) {
+           const Eigen::Vector2d aside_m = thing_m - here_m;
+           const double along_m = std::clamp(aside_m.dot(forward), 0.0, (meets_m - here_m).norm());
+           return (aside_m - along_m * forward).norm() < body_.radius_m + kMargin_m;
+         }) >= kLeastBeams;
+}
+
+Motion Explore::decide(const localisation::Pose& believed, double /*step_s*/) {
+  if (!has_seen_) return {};
+  const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
+  floor_.stand_on(here_m, body_.radius_m);
+  room_ = floor_.room_for(body_.radius_m + kMargin_m);
+  is_easy_ = floor_.room_for(body_.radius_m + kComfort_m);
+  for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
+    if (!floor_.is_well_seen(cell) || floor_.is_busy(cell)) is_easy_[cell] = 0;
+    if ((floor_.middle_m(cell) - here_m).norm() < kVisited_m) is_visited_[cell] = 1;
+  }
+  auto place_m = next_place(believed);
+  if (!place_m) {
+    std::ranges::fill(is_visited_, std::uint8_t{0});  // all of it was visited: once more
+    place_m = next_place(believed);
+  }
+  if (!place_m) return {};
+  return towards(body_, believed, *place_m, is_blocked(believed));
+}
+
+}  // namespace twocone::behaviours

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "apps/behaviours/behaviour.h"
+#include "apps/behaviours/seen_floor.h"
+
+namespace twocone::behaviours {
+
+/// Visits all floor that can be reached, by what the robot sees: it keeps clear of what scans show and of what the map
+/// lists, never drives onto floor that no scan has shown to be free, and stops for what comes near.
+///
+/// It drives to the goal that shows the most new floor per second, along the shortest way on the cells of SeenFloor
+/// (Dijkstra), and begins again when all floor was visited. The floor round the start, which the mirrors do not show,
+/// is taken as free as far as beams pass over it: what is low must not stand there. The robot leaves it the short way.
+class Explore final : public Behaviour {
+ public:
+  static constexpr double kMargin_m = 0.08;   ///< beside the body, to what is not free
+  static constexpr double kComfort_m = 0.16;  ///< likewise, on easy ways
+  static constexpr double kUneasyCost = 4;    ///< of other ways, over one that is easy
+  static constexpr double kVisited_m = 0.4;   ///< floor within this distance of the robot's way is visited
+
+  /// @param reaction_s time from an image to the motion that follows from it, >= 0
+  Explore(const Body& body, const Arena& arena, LowestSeen lowest_seen_m, double reaction_s);
+  Motion decide(const localisation::Pose& believed, double step_s) override;
+  void see(const localisation::Pose& at, const std::vector<vision::Beam>& scan) override;
+
+ private:
+  struct Ways;
+  [[nodiscard]] Ways ways_from(std::size_t here) const;
+  [[nodiscard]] std::optional<Eigen::Vector2d> nearest_room(const Eigen::Vector2d& here_m) const;
+  [[nodiscard]] std::optional<Eigen::Vector2d> next_place(const localisation::Pose& believed);
+  [[nodiscard]] bool is_straight_way(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
+  [[nodiscard]] bool is_blocked(const localisation::Pose& believed) const;
+
+  Body body_;
+  double reaction_s_;
+  SeenFloor floor_;
+  std::vector<std::uint8_t> room_;             ///< SeenFloor::room_for
+  std::vector<std::uint8_t> is_easy_;          ///< has much room, was well seen, and nothing passes there
+  std::vector<std::uint8_t> is_visited_;       ///< by cell
+  std::vector<Eigen::Vector2d> new_things_m_;  ///< of the latest scan, where nothing was known before; world frame
+  std::optional<std::size_t> goal_;
+  bool has_seen_ = false;
+};
+
+}  // namespace twocone::behaviours

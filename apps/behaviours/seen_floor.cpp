@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/behaviours/seen_floor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace twocone::behaviours {
+namespace {
+
+// Evidence of one scan, and its limits: what was free is occupied after two scans that show a thing, and what was
+// occupied is free after ten that look through it. Single wrong ranges are usual.
+constexpr float kHit = 1;
+constexpr float kMiss = -0.4F;
+constexpr float kLeast = -1.2F;
+constexpr float kMost = 3;
+// A beam shows a thing only if this much of it is above the lowest height that is ranged: ranges are missing, or wrong,
+// beside the limit of what both mirrors show.
+constexpr double kShown_m = 0.10;
+// Lower things than this are no obstacles.
+constexpr double kLow_m = 0.05;
+// Ranges with larger sigmas place nothing.
+constexpr double kMostSigma_m = 0.15;
+// Share of its range by which a beam may end too late.
+constexpr double kRangeShare = 0.03;
+
+/// Returns the distance up to which a beam shows that nothing is there; 0: it says nothing.
+double free_up_to_m(const vision::Beam& beam) {
+  if (beam.state == vision::BeamState::kUnknown) return 0;
+  return std::min(beam.range_m * (1 - kRangeShare) - std::max(SeenFloor::kCell_m, 2 * beam.sigma_m),
+                  SeenFloor::kFarthest_m);
+}
+
+}  // namespace
+
+SeenFloor::SeenFloor(const Arena& arena, LowestSeen lowest_seen_m)
+    : min_m_(arena.min_m),
+      columns_(std::max(1, static_cast<int>(std::ceil((arena.max_m - arena.min_m).x() / kCell_m)))),
+      rows_(std::max(1, static_cast<int>(std::ceil((arena.max_m - arena.min_m).y() / kCell_m)))),
+      lowest_seen_m_(std::move(lowest_seen_m)),
+      is_listed_(std::size_t(columns_) * std::size_t(rows_)),
+      evidence_(is_listed_.size()),
+      things_(is_listed_.size()),
+      is_well_seen_(is_listed_.size()),
+      is_busy_(is_listed_.size()),
+      hit_by_(is_listed_.size()) {
+  for (std::size_t cell = 0; cell < cells(); ++cell) is_listed_[cell] = arena.clearance_m(middle_m(cell)) < 0 ? 1 : 0;
+}
+
+std::size_t SeenFloor::cell_of(const Eigen::Vector2d& place_m) const {
+  const Eigen::Vector2d at = (place_m - min_m_) / kCell_m;
+  const int column = std::clamp(static_cast<int>(std::floor(at.x())), 0, columns_ - 1);
+  const int row = std::clamp(static_cast<int>(std::floor(at.y())), 0, rows_ - 1);
+  return std::size_t(row) * std::size_t(columns_) + std::size_t(column);
+}
+
+Eigen::Vector2d SeenFloor::middle_m(std::size_t cell) const {
+  const auto columns = std::size_t(columns_);
+  return min_m_ + kCell_m * Eigen::Vector2d(double(cell % columns) + 0.5, double(cell / columns) + 0.5);
+}
+
+template <typename Use>
+void SeenFloor::within(const Eigen::Vector2d& place_m, double radius_m, Use&& use) const {
+  const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(radius_m);
+  const std::size_t first = cell_of(place_m - reach_m);
+  const std::size_t last = cell_of(place_m + reach_m);
+  const auto columns = std::size_t(columns_);
+  for (std::size_t row = first / columns; row <= last / columns; ++row) {
+    for (std::size_t column = first % columns; column <= last % columns; ++column) {
+      const std::size_t cell = row * columns + column;
+      if ((middle_m(cell) - place_m).squaredNorm() <= radius_m * radius_m) use(cell);
+    }
+  }
+}
+
+void SeenFloor::add(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
+  if (scan.empty()) return;
+  ++scans_;
+  if (!start_m_) start_m_ = Eigen::Vector2d(at.x_m, at.y_m);
+  count_hits(at, scan);
+  count_free(at, scan);
+}
+
+void SeenFloor::count_hits(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
+  const double width_rad = 2 * std::numbers::pi / double(scan.size());
+  for (std::size_t k = 0; k < scan.size(); ++k) {
+    const vision::Beam& beam = scan[k];
+    if (beam.state != vision::BeamState::kOccupied || beam.range_m > kFarthest_m || beam.sigma_m > kMostSigma_m) {
+      continue;
+    }
+    const double course_rad = at.heading_rad - std::numbers::pi + width_rad * (double(k) + 0.5);
+    const Eigen::Vector2d place_m =
+        Eigen::Vector2d(at.x_m, at.y_m) + beam.range_m * Eigen::Vector2d(std::cos(course_rad), std::sin(course_rad));
+    const std::size_t cell = cell_of(place_m);
+    if ((middle_m(cell) - place_m).cwiseAbs().maxCoeff() > kCell_m) continue;  // outside the arena
+    const Thing seen{beam.top_m, beam.range_m};
+    Thing& thing = things_[cell];
+    thing = evidence_[cell] > 0
+                ? Thing{std::max(thing.top_m, seen.top_m), std::max(thing.seen_from_m, seen.seen_from_m)}
+                : seen;
+    if (std::exchange(hit_by_[cell], scans_) != scans_) evidence_[cell] = std::min(evidence_[cell] + kHit, kMost);
+  }
+}
+
+void SeenFloor::count_free(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
+  const auto beams = static_cast<int>(scan.size());
+  const double per_beam_rad = 2 * std::numbers::pi / beams;
+  std::vector<double> free_m(scan.size());
+  std::ranges::transform(scan, free_m.begin(), free_up_to_m);
+  const Eigen::Vector2d here_m(at.x_m, at.y_m);
+  within(here_m, kFarthest_m, [&](std::size_t cell) {
+    if (hit_by_[cell] == scans_) return;
+    const Eigen::Vector2d there_m = localisation::in_body(at, middle_m(cell));
+    const double distance_m = there_m.norm();
+    // All beams that cross the cell must pass it.
+    const double half_rad = std::atan2(kCell_m / 2, distance_m);
+    const double from = (std::atan2(there_m.y(), there_m.x()) - half_rad + std::numbers::pi) / per_beam_rad;
+    const double to = from + 2 * half_rad / per_beam_rad;
+    for (int k = static_cast<int>(std::floor(from)); k <= static_cast<int>(std::floor(to)); ++k) {
+      if (free_m[std::size_t((k % beams + beams) % beams)] < distance_m) return;
+    }
+    const double lowest_m = lowest_seen_m_(distance_m);
+    const Thing& thing = things_[cell];
+    if (evidence_[cell] > 0 && (lowest_m > thing.top_m - kShown_m || distance_m > thing.seen_from_m)) return;
+    if (lowest_m <= kLow_m) {
+      is_well_seen_[cell] = 1;
+    } else if (evidence_[cell] == 0 && lowest_seen_m_((middle_m(cell) - *start_m_).norm()) <= kLow_m) {
+      return;
+    }
+    const bool was_there = evidence_[cell] > 0;
+    evidence_[cell] = std::max(evidence_[cell] + kMiss, kLeast);
+    if (was_there && evidence_[cell] <= 0) is_busy_[cell] = 1;
+  });
+}
+
+void SeenFloor::stand_on(const Eigen::Vector2d& place_m, double radius_m) {
+  within(place_m, radius_m, [&](std::size_t cell) { evidence_[cell] = std::min(evidence_[cell], kLeast); });
+}
+
+bool SeenFloor::is_known_thing(const Eigen::Vector2d& place_m) const {
+  bool is_known = false;
+  within(place_m, 1.5 * kCell_m, [&](std::size_t cell) { is_known |= is_listed_[cell] != 0 || evidence_[cell] > 0; });
+  return is_known;
+}
+
+std::vector<std::uint8_t> SeenFloor::room_for(double radius_m) const {
+  std::vector<std::uint8_t> room(cells());
+  for (std::size_t cell = 0; cell < cells(); ++cell) room[cell] = is_free(cell) ? 1 : 0;
+  // What is not free takes the room round it. Beyond the arena's border is a wall.
+  const auto columns = std::size_t(columns_);
+  const auto reach = std::size_t(std::ceil(radius_m / kCell_m));
+  for (std::size_t cell = 0; cell < cells(); ++cell) {
+    const std::size_t column = cell % columns;
+    const std::size_t row = cell / columns;
+    if (std::min({column, columns - 1 - column, row, std::size_t(rows_) - 1 - row}) < reach) room[cell] = 0;
+    if (is_free(cell)) continue;
+    // Cells amid others that are not free take no more room than those.
+    const bool is_amid = column > 0 && column + 1 < columns && row > 0 && row + 1 < std::size_t(rows_) &&
+                         !is_free(cell - 1) && !is_free(cell + 1) && !is_free(cell - columns) &&
+                         !is_free(cell + columns);
+    if (!is_amid) within(middle_m(cell), radius_m, [&](std::size_t taken) { room[taken] = 0; });
+  }
+  return room;
+}
+
+int SeenFloor::not_free_within(const Eigen::Vector2d& place_m, double radius_m) const {
+  int count = 0;
+  within(place_m, radius_m, [&](std::size_t cell) { count += is_free(cell) ? 0 : 1; });
+  return count;
+}
+
+}  // namespace twocone::behaviours

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "apps/behaviours/behaviour.h"
+#include "vision/beam.h"
+
+namespace twocone::behaviours {
+
+/// Returns the lowest height over the floor that is ranged at a distance from the body's origin; infinite where nothing
+/// is ranged.
+using LowestSeen = std::function<double(double distance_m)>;
+
+/// What scans have shown of the floor of an arena, in square cells: an occupancy grid (Moravec and Elfes 1985).
+///
+/// A thing that ends a beam counts for its cell, and all before it against theirs. A beam counts against an occupied
+/// cell only if it would have shown what is there. So a low thing that the mirrors no longer see because the robot has
+/// come near stays where it was seen, as does a thin one that they no longer resolve because the robot has gone away.
+/// Likewise, floor is free only if a beam has passed it that would have shown a low thing there. Only round the start,
+/// where no scan has that, each beam counts: low things must not stand there. What the map lists is never free.
+class SeenFloor {
+ public:
+  static constexpr double kCell_m = 0.05;
+  static constexpr double kFarthest_m = 3.5;  ///< beams count up to this distance
+
+  SeenFloor(const Arena& arena, LowestSeen lowest_seen_m);
+
+  /// Adds a scan. @param at the body's pose at its time, world frame
+  void add(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
+  /// The robot stands there, so that nothing else does.
+  void stand_on(const Eigen::Vector2d& place_m, double radius_m);
+
+  [[nodiscard]] std::size_t cells() const { return evidence_.size(); }
+  [[nodiscard]] int columns() const { return columns_; }
+  /// Returns the cell of a place; that of the nearest place of the arena for one outside.
+  [[nodiscard]] std::size_t cell_of(const Eigen::Vector2d& place_m) const;
+  [[nodiscard]] Eigen::Vector2d middle_m(std::size_t cell) const;
+  /// Returns whether the cell was seen to be free, and the map lists nothing there.
+  [[nodiscard]] bool is_free(std::size_t cell) const { return !is_listed_[cell] && evidence_[cell] < 0; }
+  /// Returns whether a low thing would have been seen there. Nearer to where the robot has been, the mirrors look over
+  /// it.
+  [[nodiscard]] bool is_well_seen(std::size_t cell) const { return is_well_seen_[cell] != 0; }
+  /// Returns whether something was there that has gone: more may come.
+  [[nodiscard]] bool is_busy(std::size_t cell) const { return is_busy_[cell] != 0; }
+  /// Returns whether something is listed or was seen at the place, or beside it.
+  [[nodiscard]] bool is_known_thing(const Eigen::Vector2d& place_m) const;
+  /// Returns 1 for each cell at whose middle a disc of this radius lies on free cells alone.
+  [[nodiscard]] std::vector<std::uint8_t> room_for(double radius_m) const;
+  /// Returns the number of cells within the disc that are not free.
+  [[nodiscard]] int not_free_within(const Eigen::Vector2d& place_m, double radius_m) const;
+
+ private:
+  struct Thing {
+    double top_m = 0;        ///< greatest height that was ranged of it
+    double seen_from_m = 0;  ///< greatest distance from which it was ranged
+  };
+  void count_hits(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
+  void count_free(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
+  /// Calls `use(cell)` for each cell whose middle lies within the disc.
+  template <typename Use>
+  void within(const Eigen::Vector2d& place_m, double radius_m, Use&& use) const;
+
+  Eigen::Vector2d min_m_;
+  int columns_, rows_;
+  LowestSeen lowest_seen_m_;
+  std::vector<std::uint8_t> is_listed_;  ///< the map has something there
+  std::vector<float> evidence_;          ///< > 0: occupied, < 0: free, 0: unknown
+  std::vector<Thing> things_;            ///< what is there, if anything
+  std::vector<std::uint8_t> is_well_seen_, is_busy_;
+  std::vector<std::uint64_t> hit_by_;  ///< the number of the latest scan with a thing there
+  std::uint64_t scans_ = 0;
+  std::optional<Eigen::Vector2d> start_m_;  ///< where the first scan was taken
+};
+
+}  // namespace twocone::behaviours

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/runs/loop/scanner.h"
+
+#include "apps/config/to_layers.h"
+#include "apps/estimation/image_as_mat.h"
+#include "vision/scan.h"
+
+namespace twocone::runs {
+
+Scanner::Scanner(const config::Robot& robot, const config::Map& map)
+    : size_(robot.lower.settings.width_px, robot.lower.settings.height_px),
+      ranging_(vision::UncertainRig(config::to_rig(robot), config::to_belief_errors(robot, map).vision.rig), size_,
+               {.azimuths = 720, .rounds = 3}) {}
+
+std::vector<vision::Beam> Scanner::scan(const Image& lower, const Image& upper) const {
+  Image lower_rgb;
+  Image upper_rgb;
+  const auto lower_pixels = estimation::as_rgb(lower, size_, "lower", lower_rgb);
+  const auto upper_pixels = estimation::as_rgb(upper, size_, "upper", upper_rgb);
+  constexpr vision::ScanSettings kSettings;
+  if (!lower_pixels || !upper_pixels) return std::vector<vision::Beam>(kSettings.beams);
+  return scan_of(ranging_.measure(*lower_pixels, *upper_pixels), kSettings);
+}
+
+}  // namespace twocone::runs

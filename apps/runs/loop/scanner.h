@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
+#include "hal/image.h"
+#include "vision/beam.h"
+#include "vision/dense_ranging.h"
+
+namespace twocone::runs {
+
+/// Scans what is around the robot while it drives: half the azimuths of a full range image and one round of its least
+/// squares, which take a third of the time (vision::DenseSettings).
+class Scanner {
+ public:
+  /// @throws config::FileError for a rig that vision rejects
+  Scanner(const config::Robot& robot, const config::Map& map);
+
+  /// @param lower,upper of the robot's cameras, of one time. An image that cannot be used gives unknown beams.
+  [[nodiscard]] std::vector<vision::Beam> scan(const Image& lower, const Image& upper) const;
+
+ private:
+  cv::Size size_;
+  vision::DenseRanging ranging_;
+};
+
+}  // namespace twocone::runs

@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Drives of `--behaviour explore` among furniture and a moving crate that the map does not list (explore.py), judged by the truth:
+# one minute each, 5 frames per second, 0.3 m/s. TWOCONE_EXPLORE_DRIVES=N: only the first N of 100.
+also=(tests/evidence/explore.sh tests/evidence/explore.py)
+. "$(dirname "$0")/common.sh"
+export OMP_NUM_THREADS=1
+drives=${TWOCONE_EXPLORE_DRIVES:-100}
+
+# drive NAME SEED [plain]
+drive() {
+  local folder=$work/$1
+  rm -rf "$folder"
+  python3 tests/evidence/explore.py make "$folder" "${@:2}"
+  "$twocone" run --robot "$folder/robot.yaml" --behaviour explore --frames 300 --seed "$2" --out "$folder/run" \
+    --set cameras.lower.rate_hz=5 --set cameras.upper.rate_hz=5 --set latency_frames=1 --set drive.max_speed_mps=0.43
+  python3 tests/evidence/explore.py judge "$folder" "$folder/run" | sed 's/^/judged /'
+  rm -r "$folder/run/lower" "$folder/run/upper" # as much as ten gigabytes in all
+}
+export -f drive
+export work twocone
+
+# Two at a time: a drive uses one core.
+for ((seed = 1; seed <= drives; seed += 2)); do
+  step "textured_$seed" bash -c 'drive textured_$0 $0' "$seed" &
+  step "textured_$((seed + 1))" bash -c 'drive textured_$0 $0' "$((seed + 1))" &
+  wait
+done
+for seed in 1 2 3; do step "plain_$seed" bash -c 'drive plain_$0 $0 plain' "$seed"; done
+step refused bash -c '! "$0" run --robot robots/lab_sim.yaml --behaviour explore --frames 5 --out "$1" 2>&1' "$twocone" "$work/refused"
+step blind bash -c '"$0" doctor robots/scout_sim.yaml --yes 2>&1 | grep -i "blind" || true' "$twocone"
+
+# summary PREFIX: a row for each figure of the judged drives
+summary() {
+  cat "$work/$1"_*.log | sed -n 's/^judged //p' | python3 -c '
+import json, statistics, sys
+drives = [json.loads(line) for line in sys.stdin]
+def row(what, figure, target, met): print(f"row | {what} | {figure} | {target} | {met} |")
+if drives:
+    name, n = sys.argv[1], len(drives)
+    visited = [d["visited"] for d in drives]
+    into = lambda what: sum(what in d["drove_into"] for d in drives)
+    met = lambda good: "yes" if good else "no"
+    row(f"{name}: drives of a minute", n, "100" if name == "textured" else "-", met(n >= 100 or name != "textured"))
+    row(f"{name}: drives that touched furniture", into("furniture"), "0", met(into("furniture") == 0))
+    row(f"{name}: drives that drove into the crate", into("crate"), "0", met(into("crate") == 0))
+    row(f"{name}: drives in which the crate ran into the robot", sum("crate" in d["was_run_into"] for d in drives), "-", "yes")
+    row(f"{name}: least distance to furniture, median", f"{statistics.median(d['"'least_m'"'] for d in drives):.3f} m", "-", "yes")
+    target = "60 %" if name == "textured" else "-"
+    share = statistics.mean(visited)
+    row(f"{name}: floor visited (within 0.4 m of the way), mean of the reachable", f"{100 * share:.0f} % ({100 * min(visited):.0f} to {100 * max(visited):.0f})", target, met(share >= 0.6 or name != "textured"))
+    row(f"{name}: way, mean", f"{statistics.mean(d['"'way_m'"'] for d in drives):.1f} m", "-", "yes")
+' "$1" >"$work/summary_$1.log"
+  rows "summary_$1"
+}
+summary textured
+summary plain
+row "a pair that sees no floor is refused, and design is named" "$(log refused | tail -n 1)" "refused" "$(log refused | grep -q 'twocone design' && passed refused || echo no)"
+row "the blind zone, by doctor" "$(log blind | tail -n 1)" "named" "$(log blind | grep -q 'blind' && echo yes || echo no)"
+page "exploring by what is seen"
