@@ -38,7 +38,7 @@ Explore::Explore(const Body& body, const Arena& arena, LowestSeen lowest_seen_m,
 void Explore::see(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
   new_things_m_.clear();
   for (std::size_t k = 0; k < scan.size(); ++k) {
-    if (scan[k].state != vision::BeamState::kOccupied) continue;
+    if (!floor_.is_thing(scan[k])) continue;
     const double course_rad =
         at.heading_rad - std::numbers::pi + 2 * std::numbers::pi * (double(k) + 0.5) / double(scan.size());
     const Eigen::Vector2d place_m =

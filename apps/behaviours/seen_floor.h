@@ -23,8 +23,9 @@ using LowestSeen = std::function<double(double distance_m)>;
 /// A thing that ends a beam counts for its cell, and all before it against theirs. A beam counts against an occupied
 /// cell only if it would have shown what is there. So a low thing that the mirrors no longer see because the robot has
 /// come near stays where it was seen, as does a thin one that they no longer resolve because the robot has gone away.
-/// Likewise, floor is free only if a beam has passed it that would have shown a low thing there. Only round the start,
-/// where no scan has that, each beam counts: low things must not stand there. What the map lists is never free.
+/// Likewise, floor is free only if beams have passed it that would have shown a low thing there. Only round the start,
+/// where no scan has, each beam counts until the robot has left it: low things must not stand there. What the map lists
+/// is never free.
 class SeenFloor {
  public:
   static constexpr double kCell_m = 0.05;
@@ -43,12 +44,15 @@ class SeenFloor {
   [[nodiscard]] std::size_t cell_of(const Eigen::Vector2d& place_m) const;
   [[nodiscard]] Eigen::Vector2d middle_m(std::size_t cell) const;
   /// Returns whether the cell was seen to be free, and the map lists nothing there.
-  [[nodiscard]] bool is_free(std::size_t cell) const { return !is_listed_[cell] && evidence_[cell] < 0; }
-  /// Returns whether a low thing would have been seen there. Nearer to where the robot has been, the mirrors look over
-  /// it.
+  [[nodiscard]] bool is_free(std::size_t cell) const {
+    return is_listed_[cell] == 0 && evidence_[cell] < kFree && (is_well_seen_[cell] != 0 || is_at_start_);
+  }
+  /// Returns whether a low thing would have been seen there: everywhere on free floor but round the start.
   [[nodiscard]] bool is_well_seen(std::size_t cell) const { return is_well_seen_[cell] != 0; }
   /// Returns whether something was there that has gone: more may come.
   [[nodiscard]] bool is_busy(std::size_t cell) const { return is_busy_[cell] != 0; }
+  /// Returns whether a beam ends at a thing that it shows well enough to be believed.
+  [[nodiscard]] bool is_thing(const vision::Beam& beam) const;
   /// Returns whether something is listed or was seen at the place, or beside it.
   [[nodiscard]] bool is_known_thing(const Eigen::Vector2d& place_m) const;
   /// Returns 1 for each cell at whose middle a disc of this radius lies on free cells alone.
@@ -57,10 +61,9 @@ class SeenFloor {
   [[nodiscard]] int not_free_within(const Eigen::Vector2d& place_m, double radius_m) const;
 
  private:
-  struct Thing {
-    double top_m = 0;        ///< greatest height that was ranged of it
-    double seen_from_m = 0;  ///< greatest distance from which it was ranged
-  };
+  static constexpr float kFree = -0.7F;
+  /// Returns whether a thing of that height at that distance is ranged.
+  [[nodiscard]] bool shows(double distance_m, double top_m) const;
   void count_hits(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
   void count_free(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
   /// Calls `use(cell)` for each cell whose middle lies within the disc.
@@ -71,12 +74,13 @@ class SeenFloor {
   int columns_, rows_;
   LowestSeen lowest_seen_m_;
   std::vector<std::uint8_t> is_listed_;  ///< the map has something there
-  std::vector<float> evidence_;          ///< > 0: occupied, < 0: free, 0: unknown
-  std::vector<Thing> things_;            ///< what is there, if anything
+  std::vector<float> evidence_;          ///< > 0: occupied, < kFree: free; 0 at the begin: unknown
+  std::vector<double> top_m_;            ///< greatest height that was ranged of what is there
   std::vector<std::uint8_t> is_well_seen_, is_busy_;
   std::vector<std::uint64_t> hit_by_;  ///< the number of the latest scan with a thing there
   std::uint64_t scans_ = 0;
   std::optional<Eigen::Vector2d> start_m_;  ///< where the first scan was taken
+  bool is_at_start_ = true;                 ///< so near to it that low things there were not seen
 };
 
 }  // namespace twocone::behaviours

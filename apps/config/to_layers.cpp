@@ -374,6 +374,22 @@ localisation::Pose to_start_pose(const Robot& robot) {
   return {.x_m = start.x_m, .y_m = start.y_m, .heading_rad = localisation::wrap_angle_rad(start.heading_rad)};
 }
 
+localisation::FloorPlan to_floor_plan(const Map& map) {
+  localisation::FloorPlan plan;
+  const auto add = [&](const std::vector<Eigen::Vector2d>& corners) {
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      plan.edges.push_back({corners[k], corners[(k + 1) % corners.size()]});
+  };
+  const Bounds& b = map.bounds;
+  add({{b.min_x_m, b.min_y_m}, {b.max_x_m, b.min_y_m}, {b.max_x_m, b.max_y_m}, {b.min_x_m, b.max_y_m}});
+  const behaviours::Arena arena = to_arena(map);
+  for (const behaviours::Outline& outline : arena.outlines) add(outline);
+  for (const Obstacle& obstacle : map.obstacles) {
+    if (const auto* disc = std::get_if<Disc>(&obstacle)) plan.discs.push_back(*disc);
+  }
+  return plan;
+}
+
 behaviours::Arena to_arena(const Map& map) {
   behaviours::Arena arena;
   arena.min_m = {map.bounds.min_x_m, map.bounds.min_y_m};

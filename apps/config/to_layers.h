@@ -14,6 +14,7 @@
 #include "drivers/backends.h"
 #include "drivers/sim_povray/effects.h"
 #include "localisation/odometry.h"
+#include "localisation/plan_fix.h"
 #include "vision/mirror_view.h"
 #include "vision/ranging.h"
 #include "vision/uncertain_rig.h"
@@ -79,6 +80,9 @@ std::string ruler_note(const Robot& robot, const Map& map);
 
 /// Returns the believed start pose. It is the origin of the world if the file has no start.
 localisation::Pose to_start_pose(const Robot& robot);
+
+/// Returns bounds and obstacles as walls and sides; the landmarks are not in it.
+localisation::FloorPlan to_floor_plan(const Map& map);
 
 /// Returns the bounds as walls, and landmarks and circles as discs.
 behaviours::Arena to_arena(const Map& map);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
@@ -19,6 +20,7 @@
 #include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "base/errors.h"
+#include "localisation/plan_fix.h"
 
 namespace twocone::scan {
 namespace {
@@ -65,8 +67,93 @@ std::string cloud_of(const vision::RangeImage& image, const std::optional<runlog
          bytes;
 }
 
+/// Places frames on the map's floor plan, one after the other.
+class PlanTrack {
+ public:
+  explicit PlanTrack(const runlog::RunData& run)
+      : run_(run),
+        plan_(config::to_floor_plan(run.map)),
+        start_(config::to_start_pose(run.robot)),
+        truths_(runlog::at_frames(run, run.truth)) {}
+
+  void add(std::size_t row, const std::vector<vision::Beam>& beams) {
+    std::vector<localisation::ScanPoint> points;
+    const double width_rad = 2 * std::numbers::pi / double(beams.size());
+    for (std::size_t k = 0; k < beams.size(); ++k) {
+      if (beams[k].state != vision::BeamState::kOccupied) continue;
+      const double beam_rad = -std::numbers::pi + width_rad * (double(k) + 0.5);
+      points.push_back({beams[k].range_m * Eigen::Vector2d(std::cos(beam_rad), std::sin(beam_rad)), beams[k].sigma_m});
+    }
+    constexpr double kOff_m = 0.3;  // of the start, and of a pose by the wheels after frames that were not placed
+    constexpr double kOff_rad = 10 * std::numbers::pi / 180;
+    constexpr double kReach_m = 0.2;
+    const Pose2 expected = expected_at(row);
+    const auto fix = last_row_ && *last_row_ + 1 == row ? fix_by_plan(plan_, points, expected, kReach_m)
+                                                        : find_by_plan(plan_, points, expected, kOff_m, kOff_rad);
+    if (!fix) return;
+    last_row_ = row;
+    last_ = fix->pose;
+    ++counts_.placed;
+    const Eigen::Matrix3d& c = fix->covariance;
+    fmt::format_to(std::back_inserter(text_),
+                   "{},{},{:.6f},{:.6f},{:.7f},{:.4e},{:.4e},{:.4e},{:.4e},{:.4e},{:.4e},{},{:.5f}\n",
+                   run_.frames[row].frame, run_.frames[row].t_s, fix->pose.x_m, fix->pose.y_m, fix->pose.heading_rad,
+                   c(0, 0), c(0, 1), c(1, 1), c(0, 2), c(1, 2), c(2, 2), fix->used, fix->rms_m);
+    if (truths_[row]) judge(*fix, *truths_[row]);
+  }
+
+  [[nodiscard]] const std::string& text() const { return text_; }
+  void add_to(ScanCounts& counts) const {
+    counts.placed = counts_.placed;
+    if (judged_ == 0) return;
+    counts.position_error_m = position_m_ / judged_;
+    counts.heading_error_rad = heading_rad_ / judged_;
+    counts.position_held = double(position_held_) / judged_;
+    counts.heading_held = double(heading_held_) / judged_;
+  }
+
+ private:
+  [[nodiscard]] Pose2 expected_at(std::size_t row) const {
+    if (!last_row_) return start_;
+    if (run_.odometry.empty()) return last_;
+    // The last pose, moved as the wheels have moved since.
+    const runlog::PoseRow& then = run_.odometry[*last_row_];
+    const runlog::PoseRow& now = run_.odometry[row];
+    const Eigen::Rotation2Dd turn(last_.heading_rad - then.heading_rad);
+    const Eigen::Vector2d moved_m = turn * Eigen::Vector2d(now.x_m - then.x_m, now.y_m - then.y_m);
+    return {last_.x_m + moved_m.x(), last_.y_m + moved_m.y(),
+            base::wrap_angle_rad(last_.heading_rad + now.heading_rad - then.heading_rad)};
+  }
+  void judge(const localisation::PlanFix& fix, const runlog::PoseRow& truth) {
+    const Eigen::Vector2d off_m(fix.pose.x_m - truth.x_m, fix.pose.y_m - truth.y_m);
+    const double off_rad = base::wrap_angle_rad(fix.pose.heading_rad - truth.heading_rad);
+    constexpr double kChiSquared95 = 5.991;  // two degrees of freedom
+    constexpr double kSigmas95 = 1.96;
+    ++judged_;
+    position_m_ += off_m.norm();
+    heading_rad_ += std::abs(off_rad);
+    const Eigen::Matrix2d covariance = fix.covariance.topLeftCorner<2, 2>();
+    if (off_m.dot(covariance.inverse() * off_m) < kChiSquared95) ++position_held_;
+    if (std::abs(off_rad) < kSigmas95 * std::sqrt(fix.covariance(2, 2))) ++heading_held_;
+  }
+
+  const runlog::RunData& run_;
+  localisation::FloorPlan plan_;
+  Pose2 start_;
+  std::vector<std::optional<runlog::PoseRow>> truths_;
+  std::optional<std::size_t> last_row_;
+  Pose2 last_;
+  std::string text_ =
+      "frame,t_s,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,cov_x_heading_m_rad,cov_y_heading_m_rad,"
+      "var_heading_rad2,beams,rms_m\n";
+  ScanCounts counts_;
+  int judged_ = 0, position_held_ = 0, heading_held_ = 0;
+  double position_m_ = 0, heading_rad_ = 0;
+};
+
 }  // namespace
 
+fs::path plan_file(const fs::path& run) { return run / "plan.csv"; }
 fs::path scan_file(const fs::path& run) { return run / "scan.csv"; }
 
 Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
@@ -79,6 +166,8 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
   const vision::DenseRanging ranging(vision::UncertainRig(config::to_rig(run.robot), errors.vision.rig), size);
   const auto poses = runlog::at_frames(run, run.estimate);
   ScanCounts counts;
+  std::optional<PlanTrack> plan;
+  if (options.plan) plan.emplace(run);
   std::string text = "frame,t_s,beam_rad,state,range_m,sigma_m\n";
   const fs::path clouds = folder / kClouds;
   const fs::path new_clouds = folder / "clouds.new";
@@ -101,7 +190,9 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
       continue;
     }
     const vision::RangeImage image = ranging.measure(*lower, *upper);
-    add_rows(text, run.frames[row], scan_of(image, options.settings), counts);
+    const std::vector<vision::Beam> beams = scan_of(image, options.settings);
+    add_rows(text, run.frames[row], beams, counts);
+    if (plan) plan->add(row, beams);
     counts.points += cv::countNonZero(image.verdict == static_cast<int>(vision::DenseVerdict::kOk));
     if (options.clouds) {
       runlog::write_whole(new_clouds / fmt::format("{:06}.ply", run.frames[row].frame), cloud_of(image, poses[row]));
@@ -116,6 +207,10 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
                  folder.string(), first ? fmt::format(" ({})", first->message) : "");
   }
   runlog::write_whole(scan_file(folder), text);
+  if (plan) {
+    runlog::write_whole(plan_file(folder), plan->text());
+    plan->add_to(counts);
+  }
   if (options.clouds) {
     runlog::remove_whole(clouds);
     fs::rename(new_clouds, clouds);

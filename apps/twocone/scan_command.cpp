@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
 #include <memory>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -32,6 +33,17 @@ void scan_with(const ScanArguments& arguments) {
              counts.frames, double(counts.points) / counts.frames, 100 * double(counts.occupied) / beams,
              100 * double(counts.free) / beams, 100 * double(counts.unknown) / beams);
   if (counts.without_images > 0) fmt::print("{} frames were left out: they have no images\n", counts.without_images);
+  if (options.plan) {
+    fmt::print("{} of {} frames placed by the floor plan", counts.placed, counts.frames);
+    if (counts.position_error_m) {
+      fmt::print(
+          ": errors {:.1f} mm and {:.3f} degrees (means); 95 % regions hold {:.0f} % of positions and {:.0f} % of "
+          "headings",
+          1000 * *counts.position_error_m, *counts.heading_error_rad * 180 / std::numbers::pi,
+          100 * *counts.position_held, 100 * *counts.heading_held);
+    }
+    fmt::print("\n");
+  }
   fmt::print("written    {}\n", scan::scan_file(arguments.run).string());
   if (counts.clouds > 0) fmt::print("           {} clouds in {}\n", counts.clouds, (arguments.run / "clouds").string());
 }
@@ -45,6 +57,8 @@ void add_scan(CLI::App& program) {
       "scan", "Range everything that has texture in a run's images: scan.csv with the nearest thing of each degree");
   command->add_option("RUN", arguments->run, "Run folder")->required();
   command->add_flag("--clouds", options.clouds, "Also write a point cloud for each frame, clouds/FRAME.ply");
+  command->add_flag("--plan", options.plan,
+                    "Also place each frame by the walls and obstacles of the run's map, without landmarks: plan.csv");
   add_checked(command, "--every", options.every, "Use every such frame", number_within(1, 1e6));
   add_checked(command, "--beams", options.settings.beams, "Beams of a turn", number_within(1, 100000));
   add_checked(command, "--low-m", options.settings.low_m, "What ends below this height is floor",

@@ -76,12 +76,12 @@ def make(folder, seed, plain):
         polygons.append([(x - half[0], y - half[1]), (x + half[0], y - half[1]), (x + half[0], y + half[1]),
                          (x - half[0], y + half[1])])
         boxes.append((x, y, *half, choice.uniform(0.2, 0.6)))
-    # The crate goes to and fro between two places with nothing between them.
+    # The crate goes to and fro between two places with nothing between them, and not over the robot's start.
     while True:
         a = (choice.uniform(-2.2, 2.2), choice.uniform(-1.8, 1.8))
         b = (choice.uniform(-2.2, 2.2), choice.uniform(-1.8, 1.8))
         way = [(a[0] + (b[0] - a[0]) * k / 20, a[1] + (b[1] - a[1]) * k / 20) for k in range(21)]
-        if 1.2 < math.dist(a, b) < 2.5 and all(clearance(p, discs, polygons) > 0.3 for p in way) and math.hypot(*a) > 0.8:
+        if 1.2 < math.dist(a, b) < 2.5 and all(clearance(p, discs, polygons) > 0.3 and math.hypot(*p) > 0.7 for p in way):
             break
     speed = choice.uniform(0.1, 0.25)
     scene = (REPOSITORY / f"scenes/{room}.pov").read_text()

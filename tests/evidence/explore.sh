@@ -28,7 +28,7 @@ for ((seed = 1; seed <= drives; seed += 2)); do
 done
 for seed in 1 2 3; do step "plain_$seed" bash -c 'drive plain_$0 $0 plain' "$seed"; done
 step refused bash -c '! "$0" run --robot robots/lab_sim.yaml --behaviour explore --frames 5 --out "$1" 2>&1' "$twocone" "$work/refused"
-step blind bash -c '"$0" doctor robots/scout_sim.yaml --yes 2>&1 | grep -i "blind" || true' "$twocone"
+step blind bash -c '"$0" doctor --robot robots/scout_sim.yaml --seconds 0.5 --images "$1" 2>&1 </dev/null | grep "blind"' "$twocone" "$work/doctor"
 
 # summary PREFIX: a row for each figure of the judged drives
 summary() {
@@ -53,6 +53,20 @@ if drives:
 ' "$1" >"$work/summary_$1.log"
   rows "summary_$1"
 }
+# The floor plan alone, without landmarks: a drive among the furniture that the map lists.
+step plan_run "$twocone" run --robot robots/scout_sim.yaml --behaviour waypoints --frames 300 --out "$work/plan_run"
+step plan "$twocone" scan "$work/plan_run" --plan
+placed=$(log plan | grep "placed by the floor plan" | tail -n 1)
+figure() { sed -n "$1" <<<"$placed"; }
+position=$(figure 's/.*errors \([0-9.]*\) mm.*/\1/p')
+heading=$(figure 's/.* and \([0-9.]*\) degrees.*/\1/p')
+held=$(figure 's/.*hold \([0-9]*\) % of positions.*/\1/p')
+heading_held=$(figure 's/.* and \([0-9]*\) % of headings.*/\1/p')
+row "floor plan, no landmarks: frames placed" "$(figure 's/ placed.*//p')" "300 of 300" "$(holds "\"$(figure 's/ placed.*//p')\" == \"300 of 300 frames\"")"
+row "floor plan: mean error of the position" "${position:-none} mm" "20 mm" "$(holds "${position:-99} <= 20")"
+row "floor plan: mean error of the heading" "${heading:-none} degrees" "0.3" "$(holds "${heading:-9} <= 0.3")"
+row "floor plan: 95 % ellipses hold the position" "${held:-none} %" "92 to 98 %" "$(holds "${held:-0} >= 92 && ${held:-0} <= 98")"
+row "floor plan: 1.96 sigma hold the heading" "${heading_held:-none} %" "92 to 98 %" "$(holds "${heading_held:-0} >= 92 && ${heading_held:-0} <= 98")"
 summary textured
 summary plain
 row "a pair that sees no floor is refused, and design is named" "$(log refused | tail -n 1)" "refused" "$(log refused | grep -q 'twocone design' && passed refused || echo no)"

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/scan/scan.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -108,6 +110,19 @@ TEST_F(ScanOfARun, ShowsTheWallsAndThingsOfTheMapWhereTheyAre) {
   }
   EXPECT_GE(occupied, kFrames * 200);
   EXPECT_GE(there, 0.85 * occupied) << "the others are beside the outlines of things";
+}
+
+TEST_F(ScanOfARun, PlacesFramesByTheFloorPlanWithoutLandmarks) {
+  const fs::path run = copy();
+  const std::string yaml = config::read_text(run / "run.yaml");
+  const auto counts = scan(run, {.plan = true});
+  ASSERT_TRUE(counts) << counts.error().message;
+  EXPECT_EQ(counts->placed, kFrames);
+  ASSERT_TRUE(counts->position_error_m && counts->heading_error_rad);
+  EXPECT_LT(*counts->position_error_m, 0.02);
+  EXPECT_LT(*counts->heading_error_rad, 0.3 * std::numbers::pi / 180);
+  EXPECT_EQ(std::ranges::count(config::read_text(plan_file(run)), '\n'), 1 + kFrames);
+  EXPECT_EQ(config::read_text(run / "run.yaml"), yaml);
 }
 
 TEST_F(ScanOfARun, CloudsHoldThePointsThatTheirHeadersCount) {
