@@ -64,8 +64,9 @@ std::size_t SeenFloor::cell_of(const Eigen::Vector2d& place_m) const {
 }
 
 Eigen::Vector2d SeenFloor::middle_m(std::size_t cell) const {
-  const auto columns = std::size_t(columns_);
-  return min_m_ + kCell_m * Eigen::Vector2d(double(cell % columns) + 0.5, double(cell / columns) + 0.5);
+  const std::size_t column = cell % std::size_t(columns_);
+  const std::size_t row = cell / std::size_t(columns_);
+  return min_m_ + kCell_m * Eigen::Vector2d(double(column) + 0.5, double(row) + 0.5);
 }
 
 template <typename Use>
