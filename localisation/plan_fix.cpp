@@ -14,6 +14,7 @@ namespace twocone::localisation {
 namespace {
 
 constexpr int kRoundsPerWidth = 6;
+constexpr double kLeastWidth = 2;        // of Cauchy's weights, in sigmas
 constexpr double kShrink = 0.5;          // of the width, from one set of rounds to the next
 constexpr double kConverged_m = 1e-6;    // of a step; the heading counts for a metre's distance
 constexpr double kOnPlanSigmas = 3;      // a point on the plan is no farther from it
@@ -88,16 +89,15 @@ std::optional<PlanFix> fix_by_plan(const FloorPlan& plan, const std::vector<Scan
   bad.raise("fix_by_plan");
   if (points.empty() || (plan.edges.empty() && plan.discs.empty())) return std::nullopt;
   Pose pose = expected;
-  for (double width_m = reach_m;; width_m = std::max(kShrink * width_m, 0.0)) {
+  for (double width_m = reach_m;; width_m = kShrink * width_m) {
     bool is_last = false;
     for (int round = 0; round < kRoundsPerWidth; ++round) {
       Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
       Eigen::Vector3d right = Eigen::Vector3d::Zero();
       is_last = true;
       for (const Match& m : matches_at(plan, points, pose, settings.plan_sigma_m)) {
-        // The width never falls below two sigmas.
-        const double width = std::max(2.0, width_m / m.sigma_m);
-        is_last = is_last && width <= 2;
+        const double width = std::max(kLeastWidth, width_m / m.sigma_m);
+        is_last = is_last && width <= kLeastWidth;
         const double weight = weight_of(m, width);
         normal += weight * m.slope * m.slope.transpose();
         right -= weight * m.distance_m * m.slope;
@@ -114,11 +114,11 @@ std::optional<PlanFix> fix_by_plan(const FloorPlan& plan, const std::vector<Scan
   const std::vector<Match> matches = matches_at(plan, points, pose, settings.plan_sigma_m);
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d of_scores = Eigen::Matrix3d::Zero();
-  std::vector<Eigen::Vector3d> scores;
-  scores.reserve(matches.size());
+  std::vector<Eigen::Vector3d> pulls;  // of a common error, and so the scores by their distances
+  pulls.reserve(matches.size());
   for (const Match& m : matches) {
-    const double weight = weight_of(m, 2);
-    scores.emplace_back(weight * m.distance_m * m.slope);
+    const double weight = weight_of(m, kLeastWidth);
+    pulls.emplace_back(weight * m.slope);
     information += weight * m.slope * m.slope.transpose();
     if (std::abs(m.distance_m) > kOnPlanSigmas * m.sigma_m) continue;
     ++fix.used;
@@ -127,18 +127,17 @@ std::optional<PlanFix> fix_by_plan(const FloorPlan& plan, const std::vector<Scan
   if (fix.used < settings.least_points || fix.used < settings.least_share * double(points.size())) return std::nullopt;
   fix.rms_m = std::sqrt(fix.rms_m / fix.used);
   // An edge that is not where the plan has it moves all its points.
-  for (std::size_t first = 0; first < matches.size(); first += kNeighbours) {
+  for (std::size_t first = 0; first < pulls.size(); first += kNeighbours) {
     Eigen::Vector3d pull = Eigen::Vector3d::Zero();
-    for (std::size_t k = first; k < std::min(first + kNeighbours, matches.size()); ++k) {
-      pull += weight_of(matches[k], 2) * matches[k].slope;
-    }
+    for (std::size_t k = first; k < std::min(first + kNeighbours, pulls.size()); ++k) pull += pulls[k];
     of_scores += settings.plan_sigma_m * settings.plan_sigma_m * pull * pull.transpose();
   }
-  for (std::size_t k = 0; k < scores.size(); ++k) {
-    of_scores += scores[k] * scores[k].transpose();
+  const auto score = [&](std::size_t k) -> Eigen::Vector3d { return matches[k].distance_m * pulls[k]; };
+  for (std::size_t k = 0; k < pulls.size(); ++k) {
+    of_scores += score(k) * score(k).transpose();
     for (std::size_t lag = 1; lag <= std::min(kNeighbours, k); ++lag) {
       const double share = 1 - double(lag) / (kNeighbours + 1);
-      const Eigen::Matrix3d product = scores[k] * scores[k - lag].transpose();
+      const Eigen::Matrix3d product = score(k) * score(k - lag).transpose();
       of_scores += share * (product + product.transpose());
     }
   }

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <numbers>
 
 namespace twocone::vision {
 
 /// What a beam of a scan says. Without a range at its bearings it says nothing: unknown.
 enum class BeamState : std::uint8_t { kUnknown, kFree, kOccupied };
 
-/// A beam of a scan (scan.h): beam k of n is about the bearing -pi + 2 pi (k + 0.5) / n, body frame.
+/// A beam of a scan (scan.h).
 struct Beam {
   BeamState state = BeamState::kUnknown;
   /// Horizontal distance from the body's origin. Occupied: of the nearest thing. Free: of the farthest thing, or place
@@ -17,5 +19,10 @@ struct Beam {
   double sigma_m = 0;  ///< occupied: of range_m; else 0
   double top_m = 0;    ///< occupied: the greatest height over the floor that was ranged of the thing; else 0
 };
+
+/// Returns the bearing of the middle of beam `k` of `beams` in the body's frame, -pi to pi.
+inline double beam_bearing_rad(std::size_t k, std::size_t beams) {
+  return -std::numbers::pi + 2 * std::numbers::pi / double(beams) * (double(k) + 0.5);
+}
 
 }  // namespace twocone::vision

@@ -15,7 +15,7 @@ namespace twocone::vision {
 std::string_view to_string(BeamState state);
 
 struct ScanSettings {
-  int beams = 360;      ///< >= 1
+  int beams = 360;      ///< >= 1, see beam_bearing_rad()
   double low_m = 0.05;  ///< what ends below this is floor, that the robot drives over
   double high_m = 0.8;  ///< what begins above this is passed under
   double sigmas = 3;    ///< a height counts as outside the two only by so many of its sigmas

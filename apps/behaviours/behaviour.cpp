@@ -50,6 +50,7 @@ double Arena::clearance_m(const Eigen::Vector2d& p_m) const {
 }
 
 Motion towards(const Body& body, const localisation::Pose& believed, const Eigen::Vector2d& place_m, bool is_blocked) {
+  constexpr double kTurnOnTheSpot_rad = 0.5;
   constexpr double kSteering_1ps = 1.5;  // turn rate per radian of error
   const Eigen::Vector2d to_go = place_m - Eigen::Vector2d(believed.x_m, believed.y_m);
   const double error_rad = localisation::wrap_angle_rad(std::atan2(to_go.y(), to_go.x()) - believed.heading_rad);

@@ -53,10 +53,11 @@ struct Body {
   double wheel_separation_m = 0;  ///< > 0
 };
 
-/// Returns the motion towards a place. If its direction differs from the heading by more than kTurnOnTheSpot_rad, the
+/// Returns the turn rate of turns on the spot.
+double turn_rate_on_the_spot(const Body& body);
+/// Returns the motion towards a place. If its direction differs from the heading by more than half a radian, the
 /// robot turns on the spot; otherwise it steers while it drives.
 /// @param is_blocked it turns only
-constexpr double kTurnOnTheSpot_rad = 0.5;
 Motion towards(const Body& body, const localisation::Pose& believed, const Eigen::Vector2d& place_m, bool is_blocked);
 
 /// Keeps the robot at rest for the whole run.
@@ -119,9 +120,6 @@ class Wander final : public Behaviour {
   double turn_left_s_ = 0;  ///< remaining time of the present turn
   double side_ = 0;         ///< +1 left, -1 right, 0 not turning
 };
-
-/// Returns the turn rate of turns on the spot.
-double turn_rate_on_the_spot(const Body& body);
 
 /// Drives from point to point, and from the last one back to the first.
 class Waypoints final : public Behaviour {

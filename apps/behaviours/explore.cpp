@@ -36,17 +36,7 @@ Explore::Explore(const Body& body, const Arena& arena, LowestSeen lowest_seen_m,
     : body_(body), reaction_s_(reaction_s), floor_(arena, std::move(lowest_seen_m)), is_visited_(floor_.cells()) {}
 
 void Explore::see(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
-  new_things_m_.clear();
-  for (std::size_t k = 0; k < scan.size(); ++k) {
-    if (!floor_.is_thing(scan[k])) continue;
-    const double course_rad =
-        at.heading_rad - std::numbers::pi + 2 * std::numbers::pi * (double(k) + 0.5) / double(scan.size());
-    const Eigen::Vector2d place_m =
-        Eigen::Vector2d(at.x_m, at.y_m) + scan[k].range_m * Eigen::Vector2d(std::cos(course_rad), std::sin(course_rad));
-    if (!floor_.is_known_thing(place_m)) new_things_m_.push_back(place_m);
-  }
-  floor_.add(at, scan);
-  has_seen_ = true;
+  new_things_m_ = floor_.add(at, scan);
 }
 
 Explore::Ways Explore::ways_from(std::size_t here) const {
@@ -162,7 +152,6 @@ bool Explore::is_blocked(const localisation::Pose& believed) const {
 }
 
 Motion Explore::decide(const localisation::Pose& believed, double /*step_s*/) {
-  if (!has_seen_) return {};
   const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
   floor_.stand_on(here_m, body_.radius_m);
   room_ = floor_.room_for(body_.radius_m + kMargin_m);

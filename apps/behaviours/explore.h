@@ -46,7 +46,6 @@ class Explore final : public Behaviour {
   std::vector<std::uint8_t> is_visited_;       ///< by cell
   std::vector<Eigen::Vector2d> new_things_m_;  ///< of the latest scan, where nothing was known before; world frame
   std::optional<std::size_t> goal_;
-  bool has_seen_ = false;
 };
 
 }  // namespace twocone::behaviours

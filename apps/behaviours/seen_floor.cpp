@@ -83,14 +83,20 @@ void SeenFloor::within(const Eigen::Vector2d& place_m, double radius_m, Use&& us
   }
 }
 
-void SeenFloor::add(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
-  if (scan.empty()) return;
+std::vector<Eigen::Vector2d> SeenFloor::add(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
+  if (scan.empty()) return {};
   ++scans_;
   const Eigen::Vector2d here_m(at.x_m, at.y_m);
   if (!start_m_) start_m_ = here_m;
   if (shows((here_m - *start_m_).norm(), kLow_m)) is_at_start_ = false;
-  count_hits(at, scan);
+  const std::vector<End> ends = ends_of(at, scan);
+  std::vector<Eigen::Vector2d> new_m;
+  for (const End& end : ends) {
+    if (!is_known_thing(end.place_m)) new_m.push_back(end.place_m);
+  }
+  count_hits(ends, scan);
   count_free(at, scan);
+  return new_m;
 }
 
 bool SeenFloor::shows(double distance_m, double top_m) const {
@@ -98,22 +104,27 @@ bool SeenFloor::shows(double distance_m, double top_m) const {
   return lowest_m <= kLow_m || lowest_m <= top_m - kShown_m;
 }
 
-bool SeenFloor::is_thing(const vision::Beam& beam) const {
-  return beam.state == vision::BeamState::kOccupied && shows(beam.range_m, beam.top_m);
-}
-
-void SeenFloor::count_hits(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
-  const double width_rad = 2 * std::numbers::pi / double(scan.size());
+std::vector<SeenFloor::End> SeenFloor::ends_of(const localisation::Pose& at,
+                                               const std::vector<vision::Beam>& scan) const {
+  std::vector<End> ends;
   for (std::size_t k = 0; k < scan.size(); ++k) {
     const vision::Beam& beam = scan[k];
-    if (!is_thing(beam) || beam.range_m > kFarthest_m || beam.sigma_m > kMostSigma_m) continue;
+    if (beam.state != vision::BeamState::kOccupied || !shows(beam.range_m, beam.top_m)) continue;
+    const double course_rad = at.heading_rad + vision::beam_bearing_rad(k, scan.size());
+    ends.push_back({k, Eigen::Vector2d(at.x_m, at.y_m) +
+                           beam.range_m * Eigen::Vector2d(std::cos(course_rad), std::sin(course_rad))});
+  }
+  return ends;
+}
+
+void SeenFloor::count_hits(const std::vector<End>& ends, const std::vector<vision::Beam>& scan) {
+  for (const auto& [k, place_m] : ends) {
+    const vision::Beam& beam = scan[k];
+    if (beam.range_m > kFarthest_m || beam.sigma_m > kMostSigma_m) continue;
     const auto agrees = [&](const vision::Beam& other) {
       return other.state == vision::BeamState::kOccupied && std::abs(other.range_m - beam.range_m) < kApart_m;
     };
     if (!agrees(scan[(k + 1) % scan.size()]) && !agrees(scan[(k + scan.size() - 1) % scan.size()])) continue;
-    const double course_rad = at.heading_rad - std::numbers::pi + width_rad * (double(k) + 0.5);
-    const Eigen::Vector2d place_m =
-        Eigen::Vector2d(at.x_m, at.y_m) + beam.range_m * Eigen::Vector2d(std::cos(course_rad), std::sin(course_rad));
     const std::size_t cell = cell_of(place_m);
     if ((middle_m(cell) - place_m).cwiseAbs().maxCoeff() > kCell_m) continue;  // outside the arena
     top_m_[cell] = evidence_[cell] > 0 ? std::max(top_m_[cell], beam.top_m) : beam.top_m;

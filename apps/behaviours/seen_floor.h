@@ -34,7 +34,8 @@ class SeenFloor {
   SeenFloor(const Arena& arena, LowestSeen lowest_seen_m);
 
   /// Adds a scan. @param at the body's pose at its time, world frame
-  void add(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
+  /// @returns places of things where nothing was known before
+  std::vector<Eigen::Vector2d> add(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
   /// The robot stands there, so that nothing else does.
   void stand_on(const Eigen::Vector2d& place_m, double radius_m);
 
@@ -51,8 +52,6 @@ class SeenFloor {
   [[nodiscard]] bool is_well_seen(std::size_t cell) const { return is_well_seen_[cell] != 0; }
   /// Returns whether something was there that has gone: more may come.
   [[nodiscard]] bool is_busy(std::size_t cell) const { return is_busy_[cell] != 0; }
-  /// Returns whether a beam ends at a thing that it shows well enough to be believed.
-  [[nodiscard]] bool is_thing(const vision::Beam& beam) const;
   /// Returns whether something is listed or was seen at the place, or beside it.
   [[nodiscard]] bool is_known_thing(const Eigen::Vector2d& place_m) const;
   /// Returns 1 for each cell at whose middle a disc of this radius lies on free cells alone.
@@ -64,7 +63,14 @@ class SeenFloor {
   static constexpr float kFree = -0.7F;
   /// Returns whether a thing of that height at that distance is ranged.
   [[nodiscard]] bool shows(double distance_m, double top_m) const;
-  void count_hits(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
+  /// A beam that ends at a thing.
+  struct End {
+    std::size_t beam;
+    Eigen::Vector2d place_m;
+  };
+  /// Returns the ends of beams that show their thing well enough to be believed.
+  [[nodiscard]] std::vector<End> ends_of(const localisation::Pose& at, const std::vector<vision::Beam>& scan) const;
+  void count_hits(const std::vector<End>& ends, const std::vector<vision::Beam>& scan);
   void count_free(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
   /// Calls `use(cell)` for each cell whose middle lies within the disc.
   template <typename Use>

@@ -382,11 +382,11 @@ localisation::FloorPlan to_floor_plan(const Map& map) {
   };
   const Bounds& b = map.bounds;
   add({{b.min_x_m, b.min_y_m}, {b.max_x_m, b.min_y_m}, {b.max_x_m, b.max_y_m}, {b.min_x_m, b.max_y_m}});
-  const behaviours::Arena arena = to_arena(map);
+  Map without_landmarks = map;
+  without_landmarks.landmarks.clear();
+  behaviours::Arena arena = to_arena(without_landmarks);
   for (const behaviours::Outline& outline : arena.outlines) add(outline);
-  for (const Obstacle& obstacle : map.obstacles) {
-    if (const auto* disc = std::get_if<Disc>(&obstacle)) plan.discs.push_back(*disc);
-  }
+  plan.discs = std::move(arena.discs);
   return plan;
 }
 

@@ -217,8 +217,9 @@ class Loop {
     std::uint64_t frame;
     std::optional<Eigen::Vector2d> position_m;
     std::vector<Disc> found;  ///< landmarks found on the way
+    // where the behaviour needs them
     std::optional<Pose2> estimate;
-    std::vector<vision::Beam> scan;  ///< where the behaviour needs it
+    std::vector<vision::Beam> scan;
   };
 
   /// Steers by the oldest answer that was not used, which is computed now unless that was done before.
@@ -295,10 +296,12 @@ class Loop {
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
     Answer answer{record.frame.frame, *position_m, discs_of(answers_.found()), {}, {}};
-    if (const auto pose = runlog::pose_of(*record.answer.track)) {
-      answer.estimate = Pose2{pose->x_m, pose->y_m, pose->heading_rad};
+    if (scanner_) {
+      if (const auto pose = runlog::pose_of(*record.answer.track)) {
+        answer.estimate = Pose2{pose->x_m, pose->y_m, pose->heading_rad};
+      }
+      answer.scan = scanner_->scan(*lower, *upper);
     }
-    if (scanner_) answer.scan = scanner_->scan(*lower, *upper);
     answers_ahead_.push_back(std::move(answer));
     const double arrived_s = record.frame.host_t_s.value_or(0) - clock_before_s_;
     finished.record = std::move(record);

@@ -19,6 +19,7 @@
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/storage/locked_folder.h"
+#include "apps/runlog/summary/summary.h"
 #include "base/errors.h"
 #include "localisation/plan_fix.h"
 
@@ -31,14 +32,13 @@ constexpr const char* kClouds = "clouds";
 
 void add_rows(std::string& text, const runlog::FrameRow& frame, const std::vector<vision::Beam>& beams,
               ScanCounts& counts) {
-  const double width_rad = 2 * std::numbers::pi / double(beams.size());
   for (std::size_t k = 0; k < beams.size(); ++k) {
     const vision::Beam& beam = beams[k];
     const bool is_known = beam.state != vision::BeamState::kUnknown;
     const bool is_occupied = beam.state == vision::BeamState::kOccupied;
     ++(is_occupied ? counts.occupied : is_known ? counts.free : counts.unknown);
     fmt::format_to(std::back_inserter(text), "{},{},{:.5f},{},{},{}\n", frame.frame, frame.t_s,
-                   -std::numbers::pi + width_rad * (double(k) + 0.5), to_string(beam.state),
+                   vision::beam_bearing_rad(k, beams.size()), to_string(beam.state),
                    is_known ? fmt::format("{:.4f}", beam.range_m) : "",
                    is_occupied ? fmt::format("{:.4f}", beam.sigma_m) : "");
   }
@@ -78,10 +78,9 @@ class PlanTrack {
 
   void add(std::size_t row, const std::vector<vision::Beam>& beams) {
     std::vector<localisation::ScanPoint> points;
-    const double width_rad = 2 * std::numbers::pi / double(beams.size());
     for (std::size_t k = 0; k < beams.size(); ++k) {
       if (beams[k].state != vision::BeamState::kOccupied) continue;
-      const double beam_rad = -std::numbers::pi + width_rad * (double(k) + 0.5);
+      const double beam_rad = vision::beam_bearing_rad(k, beams.size());
       points.push_back({beams[k].range_m * Eigen::Vector2d(std::cos(beam_rad), std::sin(beam_rad)), beams[k].sigma_m});
     }
     constexpr double kOff_m = 0.3;  // of the start, and of a pose by the wheels after frames that were not placed
@@ -127,14 +126,12 @@ class PlanTrack {
   void judge(const localisation::PlanFix& fix, const runlog::PoseRow& truth) {
     const Eigen::Vector2d off_m(fix.pose.x_m - truth.x_m, fix.pose.y_m - truth.y_m);
     const double off_rad = base::wrap_angle_rad(fix.pose.heading_rad - truth.heading_rad);
-    constexpr double kChiSquared95 = 5.991;  // two degrees of freedom
-    constexpr double kSigmas95 = 1.96;
     ++judged_;
     position_m_ += off_m.norm();
     heading_rad_ += std::abs(off_rad);
     const Eigen::Matrix2d covariance = fix.covariance.topLeftCorner<2, 2>();
-    if (off_m.dot(covariance.inverse() * off_m) < kChiSquared95) ++position_held_;
-    if (std::abs(off_rad) < kSigmas95 * std::sqrt(fix.covariance(2, 2))) ++heading_held_;
+    if (off_m.dot(covariance.inverse() * off_m) < runlog::k95Ellipse) ++position_held_;
+    if (std::abs(off_rad) < runlog::k95Sigmas * std::sqrt(fix.covariance(2, 2))) ++heading_held_;
   }
 
   const runlog::RunData& run_;

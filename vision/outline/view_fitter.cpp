@@ -171,6 +171,20 @@ double scatter(const Scores& all, const Scores& own, double least) {
   return alone > kOddScatter * common ? alone : common;
 }
 
+/// Returns the error that the width of the outline should have.
+double width_sigma_px(const OutlineFit& fit) {
+  return std::hypot(fit.sigma_narrowness_px, fit.cylinder.width_doubt * rim_width_px(fit));
+}
+
+/// Returns the square of the width's error in sigmas: what moves a whole side, which the scatter along it does not
+/// show. A landmark that appears far too narrow or too wide says nothing of the sides of others, and one with bands has
+/// edges that no background moves.
+Scores width_score(const OutlineFit& fit) {
+  if (!(fit.sigma_narrowness_px > 0) || fit.cylinder.bands) return {};
+  const double sigmas = std::min(std::abs(fit.narrowness_px) / width_sigma_px(fit), kNarrowSigmas);
+  return {sigmas * sigmas, 1};
+}
+
 std::optional<OutlineWidth> width_of(const OutlineFit& fit, double sigma_px) {
   if (!(fit.sigma_narrowness_px > 0)) return std::nullopt;
   return OutlineWidth{fit.mean_width_px, fit.mean_width_px - fit.narrowness_px, sigma_px};
@@ -304,24 +318,6 @@ double step_px(const OutlineFit& fit, const Eigen::Vector2d& step) {
 }  // namespace
 
 double rim_width_px(const OutlineFit& fit) { return fit.outline.vertices[Outline::kSideSegments].chord_px; }
-
-namespace {
-
-/// Returns the error that the width of the outline should have.
-double width_sigma_px(const OutlineFit& fit) {
-  return std::hypot(fit.sigma_narrowness_px, fit.cylinder.width_doubt * rim_width_px(fit));
-}
-
-/// Returns the square of the width's error in sigmas: what moves a whole side, which the scatter along it does not
-/// show. A landmark that appears far too narrow or too wide says nothing of the sides of others, and one with bands has
-/// edges that no background moves.
-Scores width_score(const OutlineFit& fit) {
-  if (!(fit.sigma_narrowness_px > 0) || fit.cylinder.bands) return {};
-  const double sigmas = std::min(std::abs(fit.narrowness_px) / width_sigma_px(fit), kNarrowSigmas);
-  return {sigmas * sigmas, 1};
-}
-
-}  // namespace
 
 // The fit of a thin landmark may stop below its top. If the landmark's colour continues beyond, the cylinder is moved
 // to where the colour ends.

@@ -9,8 +9,7 @@ namespace twocone::runs {
 
 Scanner::Scanner(const config::Robot& robot, const config::Map& map)
     : size_(robot.lower.settings.width_px, robot.lower.settings.height_px),
-      ranging_(vision::UncertainRig(config::to_rig(robot), config::to_belief_errors(robot, map).vision.rig), size_,
-               {.azimuths = 720, .rounds = 3}) {}
+      ranging_(vision::UncertainRig(config::to_rig(robot), config::to_belief_errors(robot, map).vision.rig), size_) {}
 
 std::vector<vision::Beam> Scanner::scan(const Image& lower, const Image& upper) const {
   Image lower_rgb;

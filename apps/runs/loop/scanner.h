@@ -11,8 +11,8 @@
 
 namespace twocone::runs {
 
-/// Scans what is around the robot while it drives: half the azimuths of a full range image and one round of its least
-/// squares, which take a third of the time (vision::DenseSettings).
+/// Scans what is around the robot while it drives, by full range images: half the azimuths and one round, which take a
+/// third of the time (vision::DenseSettings), miss thin things as the edge of a table top.
 class Scanner {
  public:
   /// @throws config::FileError for a rig that vision rejects

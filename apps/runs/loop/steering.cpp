@@ -25,8 +25,7 @@ std::unique_ptr<behaviours::Behaviour> make_explorer(const config::Robot& robot,
   if (!reach.floor_from_m) {
     throw config::FileError(
         "{}: behaviour explore needs mirrors that both see the floor, and {}; `twocone design --floor-from-m 1.4` "
-        "finds "
-        "such a pair",
+        "finds such a pair",
         robot.file.string(), design::words_of(reach));
   }
   constexpr double kStep_m = 0.05;
