@@ -29,9 +29,9 @@ constexpr double kMostShot = 1.0 / 1500;
 constexpr double kMostRead = 15.0 / 1500;
 // Texture: the gradient energy of a window over that of noise. That of noise alone seldom exceeds this
 // (dense_ranging_test.cpp, APlainWallIsUnknown).
-constexpr float kLeastTexture = 2;
+constexpr float kLeastTexture = 2.5F;
 // A match that leaves more than this share of the lower view's variance is none.
-constexpr float kWorstMisfit = 0.5F;
+constexpr float kWorstMisfit = 0.7F;
 // A disparity that is less certain is no range.
 constexpr float kWorstSigma_px = 2.5F;
 

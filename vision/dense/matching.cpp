@@ -20,7 +20,7 @@ using Byte = std::uint8_t;
 constexpr int kHalfSeam = kSeam / 2;
 // Window of the local mean and deviation, in halved pixels: slopes, azimuths. This and the numbers below were tuned by
 // hand in rooms full of texture (bench/dense.cpp); no test fixes them.
-const cv::Size kLocalWindow(15, 5);
+const cv::Size kLocalWindow(11, 5);
 // A deviation of a halved image that noise alone has is 1/2 at most; well above it, the cost no longer depends on it.
 constexpr double kPlainDeviation = 1.5;
 constexpr float kUnit = 28;     // of the normalised image, as a byte
@@ -335,7 +335,7 @@ class Matcher {
       const int d = chosen[std::size_t(i)];
       const int of_upper = slopes_ - 1 - i + d;
       const int back = least_at[std::size_t(of_upper)];
-      unchecked[i] = std::abs(back - d) > 1 ? 255 : 0;
+      unchecked[i] = std::abs(back - d) > kChecked ? 255 : 0;
     }
   }
 
@@ -344,6 +344,7 @@ class Matcher {
   // Differences of a window from its shifted one, in tenths of its deviation, that are of another texture, and of none.
   static constexpr int kUnlike = 8;
   static constexpr int kAlike = 5;
+  static constexpr int kChecked = 2;     ///< halved pixels by which the upper view's own match may differ
   static constexpr int kFloorReach = 2;  ///< halved pixels by which a tilted robot or a low thing moves the floor
 
   const AcrossBlur& blur_;

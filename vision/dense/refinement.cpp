@@ -13,12 +13,16 @@
 namespace twocone::vision {
 namespace {
 
-// A window reaches this far to either side: 13 slopes x 7 azimuths. These and the numbers below were tuned by hand in
-// rooms full of texture (bench/dense.cpp); no test fixes them.
-constexpr int kSlopeReach = 7;
-constexpr int kAzimuthReach = 3;
-// Disparities that differ by more belong to other surfaces. The floor changes by 0.8 px from slope to slope.
-constexpr float kSame_px = 7;
+// A window reaches this far to either side: 19 slopes x 3 azimuths. Wider ones hold more of what is beside a thing.
+// These and the numbers below were tuned by hand in rooms full of texture (bench/dense.cpp); no test fixes them.
+constexpr int kSlopeReach = 9;
+constexpr int kAzimuthReach = 1;
+// Disparities that differ by more from what a window expects belong to other surfaces.
+constexpr float kSame_px = 4;
+// Likewise for the choice of what it expects. A level surface's disparity changes by no more than kMostSlant_px per
+// slope where it can be matched; that of the floor does by 0.8 px.
+constexpr float kOther_px = 3;
+constexpr float kMostSlant_px = 2;
 // A correction of one round is at most this.
 constexpr float kMost_px = 1;
 // The gain of the upper view over the lower one is 1 within this standard deviation, unless the images say otherwise.
@@ -29,11 +33,9 @@ constexpr float kGradientNoise = 0.5F;
 constexpr float kFloor_px = 0.05F;
 // Residuals that are no noise are alike over so many pixels of a window.
 constexpr float kAlike = 8;
-// Share of the variance of a window's disparities about a plane that is counted as variance of their mean: at an edge,
-// a window holds disparities of both sides.
+// Share of the variance of a window's disparities that is counted as variance of their mean: at an edge, a window holds
+// disparities of both sides.
 constexpr float kSpread = 1.0F;
-// A slant of the window's plane must explain many times the variance about it before it moves the middle.
-constexpr float kSlantDoubt = 320;
 // Fewer pixels are no window.
 constexpr float kLeastPixels = 8;
 
@@ -83,13 +85,13 @@ class MatchedRows {
   const cv::Mat& matched_;
   int width_;
   std::vector<float> gradient_;
-  std::array<std::array<std::vector<float>, 5>, 7> rows_;
+  std::array<std::array<std::vector<float>, 5>, 2 * kAzimuthReach + 1> rows_;
 };
 
 /// What the window of a pixel says.
 struct Fit {
-  float mean_px;        ///< of the plane of the window's disparities, at its middle, less the disparity there
-  float spread_px2;     ///< variance of the window's disparities about a slanted plane
+  float mean_px;        ///< of the window's disparities, less what the middle's lets expect
+  float spread_px2;     ///< their variance
   float correction_px;  ///< of that mean
   float net;            ///< sum of squared gradients without what a gain explains
   float residual;       ///< variance that the fit leaves
@@ -110,17 +112,9 @@ Fit fit(const WindowSums& sums, std::size_t i) {
   const float net = std::max(0.F, gg - ug * ug / (uu + kGainWeight));
   const float pull = gr - ur * ug / (uu + kGainWeight);
   const float damped = net + kGradientNoise * n;
-  // The plane of the window's disparities, at its middle: where a window is cut off, its mean is not there.
   const float mean = at(WindowSums::kD) / n;
-  const float mean_offset = at(WindowSums::kK) / n;
-  const float lever = std::max(at(WindowSums::kKk) - mean_offset * at(WindowSums::kK), kLeastPixels);
-  const float tilt = at(WindowSums::kDk) - mean_offset * at(WindowSums::kD);
-  const float explained = tilt * tilt / lever;
-  const float spread = std::max(0.F, at(WindowSums::kDd) / n - mean * mean - explained / n);
-  // A slant that the spread may have made counts less.
-  const float slant = tilt / lever * explained / (explained + kSlantDoubt * spread + 1e-6F);
-  return {mean - slant * mean_offset,
-          spread,
+  return {mean,
+          std::max(0.F, at(WindowSums::kDd) / n - mean * mean),
           -std::clamp(pull / damped, -kMost_px, kMost_px),
           net,
           std::max(0.F, rr - ur * ur / (uu + kGainWeight) - (net > 0 ? pull * pull / net : 0)) / n,
@@ -140,6 +134,11 @@ RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, con
   cv::Mat misfit(size, CV_32F, cv::Scalar(0));
   MatchedRows rows(pair, matched);
   WindowSums sums{std::size_t(size.width)};
+  std::vector<float> level(std::size_t(size.width) + MatchedRow::kMargin);
+  for (int i = 0; i < size.width; ++i) {
+    const double from_horizon = i - pair.floor->horizon;
+    level[std::size_t(i)] = std::abs(from_horizon) < 1 ? 0 : static_cast<float>(1 / from_horizon);
+  }
   std::vector<MatchedRow> window;
   for (int round = 0; round < rounds; ++round) {
     const bool is_last = round + 1 == rounds;
@@ -151,7 +150,8 @@ RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, con
       for (int k = std::max(0, a - kAzimuthReach); k <= std::min(a + kAzimuthReach, size.height - 1); ++k) {
         window.push_back(rows.row(k));
       }
-      sum_windows(window, rows.row(a).disparity, std::size_t(size.width), std::size_t(kSlopeReach), kSame_px, sums);
+      sum_windows(window, rows.row(a).disparity, {level.data(), kMostSlant_px, kOther_px}, std::size_t(size.width),
+                  std::size_t(kSlopeReach), kSame_px, sums);
       auto* d = corrected.ptr<float>(a);
       for (int i = 0; i < size.width; ++i) {
         const float n = sums.of[WindowSums::kN][std::size_t(i)];

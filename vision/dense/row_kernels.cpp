@@ -64,18 +64,29 @@ void PathStep(const Byte* HWY_RESTRICT costs, const Byte* HWY_RESTRICT previous,
       costs[last] + Least(Least(previous[last], jump), static_cast<Byte>(previous[last - 1] + one)) - least);
 }
 
-void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here, std::size_t width, std::size_t reach,
-                float same_px, WindowSums& sums) {
+void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here, const ExpectedSlants& slants,
+                std::size_t width, std::size_t reach, float same_px, WindowSums& sums) {
   namespace hn = hwy::HWY_NAMESPACE;
   const hn::CappedTag<float, 16> tag;
   const auto per_px = hn::Set(tag, 1 / same_px);
   const auto one = hn::Set(tag, 1.F);
   const auto zero = hn::Zero(tag);
   const auto least = hn::Set(tag, 1e-6F);
+  const auto most_slant = hn::Set(tag, slants.most_px);
+  const auto other = hn::Set(tag, slants.other_px);
   const std::ptrdiff_t most = std::ptrdiff_t(reach);
   for (std::size_t i = 0; i < width; i += hn::Lanes(tag)) {
     const auto middle = hn::LoadU(tag, here + i);
-    auto n = zero, d = zero, dd = zero, dk = zero, k = zero, kk = zero;
+    const auto level = hn::Clamp(hn::Mul(middle, hn::LoadU(tag, slants.level + i)), hn::Neg(most_slant), most_slant);
+    auto from_upright = zero, from_level = zero;
+    for (std::ptrdiff_t by = -most; by <= most; ++by) {
+      const auto off = hn::Sub(hn::LoadU(tag, here + std::ptrdiff_t(i) + by), middle);
+      const auto off_level = hn::NegMulAdd(level, hn::Set(tag, static_cast<float>(by)), off);
+      from_upright = hn::Add(from_upright, hn::Min(other, hn::Abs(off)));
+      from_level = hn::Add(from_level, hn::Min(other, hn::Abs(off_level)));
+    }
+    const auto slant = hn::IfThenElseZero(hn::Lt(from_level, from_upright), level);
+    auto n = zero, d = zero, dd = zero;
     auto uu = zero, ug = zero, gg = zero, ur = zero, gr = zero, rr = zero;
     for (const MatchedRow& row : rows) {
       auto row_n = zero, row_u = zero, row_g = zero, row_r = zero;
@@ -85,7 +96,7 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
         const auto its_u = hn::LoadU(tag, row.u + at);
         const auto its_g = hn::LoadU(tag, row.g + at);
         const auto its_r = hn::LoadU(tag, row.r + at);
-        const auto off = hn::Sub(hn::LoadU(tag, row.disparity + at), middle);
+        const auto off = hn::NegMulAdd(slant, offset, hn::Sub(hn::LoadU(tag, row.disparity + at), middle));
         const auto apart = hn::Mul(off, per_px);
         const auto near = hn::Max(zero, hn::Sub(one, hn::Mul(apart, apart)));
         const auto w = hn::Mul(hn::Mul(near, near), hn::LoadU(tag, row.weight + at));
@@ -93,16 +104,12 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
         const auto wg = hn::Mul(w, its_g);
         const auto wr = hn::Mul(w, its_r);
         const auto wd = hn::Mul(w, off);
-        const auto wk = hn::Mul(w, offset);
         row_n = hn::Add(row_n, w);
         row_u = hn::Add(row_u, wu);
         row_g = hn::Add(row_g, wg);
         row_r = hn::Add(row_r, wr);
         d = hn::Add(d, wd);
         dd = hn::MulAdd(wd, off, dd);
-        dk = hn::MulAdd(wd, offset, dk);
-        k = hn::Add(k, wk);
-        kk = hn::MulAdd(wk, offset, kk);
         uu = hn::MulAdd(wu, its_u, uu);
         ug = hn::MulAdd(wu, its_g, ug);
         gg = hn::MulAdd(wg, its_g, gg);
@@ -132,9 +139,6 @@ void SumWindows(std::span<const MatchedRow> rows, const float* HWY_RESTRICT here
     put(WindowSums::kGr, gr);
     put(WindowSums::kRr, rr);
     put(WindowSums::kDd, dd);
-    put(WindowSums::kDk, dk);
-    put(WindowSums::kK, k);
-    put(WindowSums::kKk, kk);
   }
 }
 
@@ -172,9 +176,9 @@ void path_step(const std::uint8_t* costs, const std::uint8_t* previous, std::siz
                const Penalties& penalties, std::uint8_t* path) {
   HWY_DYNAMIC_DISPATCH(PathStep)(costs, previous, disparities, penalties, path);
 }
-void sum_windows(std::span<const MatchedRow> rows, const float* here, std::size_t width, std::size_t reach,
-                 float same_px, WindowSums& sums) {
-  HWY_DYNAMIC_DISPATCH(SumWindows)(rows, here, width, reach, same_px, sums);
+void sum_windows(std::span<const MatchedRow> rows, const float* here, const ExpectedSlants& slants, std::size_t width,
+                 std::size_t reach, float same_px, WindowSums& sums) {
+  HWY_DYNAMIC_DISPATCH(SumWindows)(rows, here, slants, width, reach, same_px, sums);
 }
 
 }  // namespace twocone::vision

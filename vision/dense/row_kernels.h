@@ -40,20 +40,29 @@ struct MatchedRow {
   static constexpr std::size_t kMargin = 64;
   const float *u, *g, *r, *disparity, *weight;
 };
-/// Weighted sums over the windows of a row's pixels: of weight, disparity d less that of the window's middle, dd, and
-/// with the offset k along the row dk, k and kk; and of the products of u, g and r less their means in each row of the
-/// window. An edge along the radius, which says nothing of a disparity, changes only those means.
+/// The disparity that a window expects of its pixels falls or rises from that of its middle along the row: by nothing,
+/// as on an upright wall, or as on a level surface, whichever is closer to the disparities of the middle's row.
+struct ExpectedSlants {
+  /// The step of a level surface's disparity for each px of disparity, by pixel. Level surfaces of all heights have
+  /// disparities that fall or rise linearly along the row, to 0 at the horizon. With the margin of a row behind it.
+  const float* level;
+  float most_px;   ///< greatest such step
+  float other_px;  ///< disparities that differ by more from what is expected are of something else
+};
+/// Weighted sums over the windows of a row's pixels: of weight, of disparity less what is expected of it, d, and dd;
+/// and of the products of u, g and r less their means in each row of the window. An edge along the radius, which says
+/// nothing of a disparity, changes only those means.
 struct WindowSums {
-  enum Sum : std::size_t { kN, kD, kDd, kDk, kK, kKk, kUu, kUg, kGg, kUr, kGr, kRr, kSums };
+  enum Sum : std::size_t { kN, kD, kDd, kUu, kUg, kGg, kUr, kGr, kRr, kSums };
   std::array<std::vector<float>, kSums> of;
   explicit WindowSums(std::size_t width) {
     for (auto& sum : of) sum.assign(width + MatchedRow::kMargin, 0);
   }
 };
 /// Sums over the windows of a row's pixels: those of `rows`, from `reach` before to `reach` after each. A pixel counts
-/// less the more its disparity differs from that of the window's middle, and not at all from `same_px` on.
+/// less the more its disparity differs from what is expected of it, and not at all from `same_px` on.
 /// @param here disparities of the row, with its margins
-void sum_windows(std::span<const MatchedRow> rows, const float* here, std::size_t width, std::size_t reach,
-                 float same_px, WindowSums& sums);
+void sum_windows(std::span<const MatchedRow> rows, const float* here, const ExpectedSlants& slants, std::size_t width,
+                 std::size_t reach, float same_px, WindowSums& sums);
 
 }  // namespace twocone::vision
