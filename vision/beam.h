@@ -18,6 +18,9 @@ struct Beam {
   double range_m = 0;
   double sigma_m = 0;  ///< occupied: of range_m; else 0
   double top_m = 0;    ///< occupied: the greatest height over the floor that was ranged of the thing; else 0
+  /// Bit k: the floor was ranged between k and k + 1 times kFloorStep_m, whatever is nearer or farther.
+  std::uint32_t floor = 0;
+  static constexpr double kFloorStep_m = 0.1;
 };
 
 /// Returns the bearing of the middle of beam `k` of `beams` in the body's frame, -pi to pi.

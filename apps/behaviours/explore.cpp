@@ -13,13 +13,20 @@ namespace twocone::behaviours {
 namespace {
 
 constexpr double kFirst_m = 0.3;       // of a way, for the direction in which it begins
+constexpr double kLittle_m = 0.11;     // of the margin that may be missing while the robot drives on
 constexpr double kLookAhead_m = 0.8;   // longest straight part of the way to steer for
 constexpr double kClear_m = 0.10;      // beyond the distance that is driven until the wheels can react
 constexpr double kApproach_mps = 0.3;  // of things that move
-// What is new in a scan stops the robot if so many beams end at it: one may be wrong.
+constexpr double kAside_m = 0.35;      // kept to what is new, which may come nearer
+// What is new in a scan counts if so many beams end at it, this near to each other: one may be wrong. It may move, and
+// is kept clear of for some scans.
 constexpr int kLeastBeams = 3;
+constexpr double kThing_m = 0.25;
+constexpr std::size_t kRemembered = 10;
 // Each way ends with a turn and a start: of two that show as much per second, the longer one is better.
 constexpr double kPause_s = 1;
+// A goal is given up for another that shows so many times as much per second.
+constexpr double kBetter = 1.5;
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -28,7 +35,7 @@ constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 struct Explore::Ways {
   std::vector<double> cost_m;  ///< by cell, infinite where there is no way
   std::vector<std::size_t> before;
-  std::vector<int> new_cells;          ///< on the way that were not visited
+  std::vector<double> new_m;           ///< length of the way, each part by its share of new floor
   std::vector<std::size_t> direction;  ///< cell of the way, kFirst_m from its begin
 };
 
@@ -36,13 +43,33 @@ Explore::Explore(const Body& body, const Arena& arena, LowestSeen lowest_seen_m,
     : body_(body), reaction_s_(reaction_s), floor_(arena, std::move(lowest_seen_m)), is_visited_(floor_.cells()) {}
 
 void Explore::see(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
-  new_things_m_ = floor_.add(at, scan);
+  std::vector<Eigen::Vector2d> new_m = floor_.add(at, scan);
+  const auto is_single = [all = new_m](const Eigen::Vector2d& thing_m) {
+    return std::ranges::count_if(all, [&](const Eigen::Vector2d& other_m) {
+             return (other_m - thing_m).norm() < kThing_m;
+           }) < kLeastBeams;
+  };
+  std::erase_if(new_m, is_single);
+  new_things_m_.push_back(std::move(new_m));
+  if (new_things_m_.size() > kRemembered) new_things_m_.pop_front();
+}
+
+std::vector<float> Explore::new_floor() const {
+  const auto per_cell =
+      static_cast<float>(SeenFloor::kCell_m * SeenFloor::kCell_m / (std::numbers::pi * kVisited_m * kVisited_m));
+  std::vector<float> share(floor_.cells());
+  for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
+    if (is_visited_[cell] != 0 || !floor_.is_free(cell)) continue;
+    floor_.within(floor_.middle_m(cell), kVisited_m, [&](std::size_t near) { share[near] += per_cell; });
+  }
+  return share;
 }
 
 Explore::Ways Explore::ways_from(std::size_t here) const {
   Ways ways{std::vector<double>(floor_.cells(), std::numeric_limits<double>::infinity()),
-            std::vector<std::size_t>(floor_.cells(), kNone), std::vector<int>(floor_.cells()),
+            std::vector<std::size_t>(floor_.cells(), kNone), std::vector<double>(floor_.cells()),
             std::vector<std::size_t>(floor_.cells(), kNone)};
+  const std::vector<float> new_share = new_floor();
   using Entry = std::pair<double, std::size_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   ways.cost_m[here] = 0;
@@ -69,7 +96,8 @@ Explore::Ways Explore::ways_from(std::size_t here) const {
       if (there_m >= ways.cost_m[std::size_t(next)]) continue;
       ways.cost_m[std::size_t(next)] = there_m;
       ways.before[std::size_t(next)] = cell;
-      ways.new_cells[std::size_t(next)] = ways.new_cells[cell] + (is_visited_[std::size_t(next)] != 0 ? 0 : 1);
+      ways.new_m[std::size_t(next)] =
+          ways.new_m[cell] + length * SeenFloor::kCell_m * double(new_share[std::size_t(next)]);
       ways.direction[std::size_t(next)] = cost_m < kFirst_m ? std::size_t(next) : ways.direction[cell];
       open.emplace(there_m, std::size_t(next));
     }
@@ -97,26 +125,27 @@ std::optional<Eigen::Vector2d> Explore::nearest_room(const Eigen::Vector2d& here
 
 std::optional<Eigen::Vector2d> Explore::next_place(const localisation::Pose& believed) {
   const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
-  const std::size_t here = floor_.cell_of(here_m);
-  // Something has come, or was found, closer than the margin.
-  if (room_[here] == 0) return nearest_room(here_m);
+  // Something has come, or was found, closer than the margin: by more than a little, the robot leaves it first.
+  const auto from_m = room_[floor_.cell_of(here_m)] != 0 ? std::optional(here_m) : nearest_room(here_m);
+  if (!from_m || (*from_m - here_m).norm() > kLittle_m) return from_m;
+  const std::size_t here = floor_.cell_of(*from_m);
   const Ways ways = ways_from(here);
   const auto can_be_goal = [&](std::size_t cell) {
     return is_visited_[cell] == 0 && room_[cell] != 0 && std::isfinite(ways.cost_m[cell]);
   };
-  if (!goal_ || !can_be_goal(*goal_)) {
-    goal_.reset();
-    double best = 0;
-    for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
-      if (!can_be_goal(cell)) continue;
-      const Eigen::Vector2d begin_m = localisation::in_body(believed, floor_.middle_m(ways.direction[cell]));
-      const double turn_s = std::abs(std::atan2(begin_m.y(), begin_m.x())) / turn_rate_on_the_spot(body_);
-      const double time_s = turn_s + ways.cost_m[cell] / (Wander::kForward * body_.max_speed_mps);
-      const double new_per_s = ways.new_cells[cell] / (time_s + kPause_s);
-      if (new_per_s > best) {
-        best = new_per_s;
-        goal_ = cell;
-      }
+  const auto new_mps = [&](std::size_t cell) {
+    const Eigen::Vector2d begin_m = localisation::in_body(believed, floor_.middle_m(ways.direction[cell]));
+    const double turn_s = std::abs(std::atan2(begin_m.y(), begin_m.x())) / turn_rate_on_the_spot(body_);
+    const double time_s = turn_s + ways.cost_m[cell] / (Wander::kForward * body_.max_speed_mps);
+    return ways.new_m[cell] / (time_s + kPause_s);
+  };
+  if (goal_ && !can_be_goal(*goal_)) goal_.reset();
+  double best_mps = goal_ ? kBetter * new_mps(*goal_) : 0;
+  for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
+    if (!can_be_goal(cell)) continue;
+    if (const double mps = new_mps(cell); mps > best_mps) {
+      best_mps = mps;
+      goal_ = cell;
     }
   }
   if (!goal_) return std::nullopt;
@@ -126,7 +155,7 @@ std::optional<Eigen::Vector2d> Explore::next_place(const localisation::Pose& bel
   Eigen::Vector2d place_m = floor_.middle_m(way.front());
   for (const std::size_t cell : way) {
     const Eigen::Vector2d middle_m = floor_.middle_m(cell);
-    if ((middle_m - here_m).norm() > kLookAhead_m || !is_straight_way(here_m, middle_m)) break;
+    if ((middle_m - *from_m).norm() > kLookAhead_m || !is_straight_way(*from_m, middle_m)) break;
     place_m = middle_m;
   }
   return place_m;
@@ -144,17 +173,22 @@ bool Explore::is_blocked(const localisation::Pose& believed) const {
   }
   // What has just come may come nearer.
   const Eigen::Vector2d meets_m = here_m + (way_m + kApproach_mps * reaction_s_) * forward;
-  return std::ranges::count_if(new_things_m_, [&](const Eigen::Vector2d& thing_m) {
-           const Eigen::Vector2d aside_m = thing_m - here_m;
-           const double along_m = std::clamp(aside_m.dot(forward), 0.0, (meets_m - here_m).norm());
-           return (aside_m - along_m * forward).norm() < body_.radius_m + kMargin_m;
-         }) >= kLeastBeams;
+  return !new_things_m_.empty() && std::ranges::any_of(new_things_m_.back(), [&](const Eigen::Vector2d& thing_m) {
+    const Eigen::Vector2d aside_m = thing_m - here_m;
+    const double along_m = std::clamp(aside_m.dot(forward), 0.0, (meets_m - here_m).norm());
+    return (aside_m - along_m * forward).norm() < body_.radius_m + kMargin_m;
+  });
 }
 
 Motion Explore::decide(const localisation::Pose& believed, double /*step_s*/) {
   const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
   floor_.stand_on(here_m, body_.radius_m);
   room_ = floor_.room_for(body_.radius_m + kMargin_m);
+  for (const auto& scan : new_things_m_) {
+    for (const Eigen::Vector2d& thing_m : scan) {
+      floor_.within(thing_m, body_.radius_m + kAside_m, [&](std::size_t cell) { room_[cell] = 0; });
+    }
+  }
   is_easy_ = floor_.room_for(body_.radius_m + kComfort_m);
   for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
     if (!floor_.is_well_seen(cell) || floor_.is_busy(cell)) is_easy_[cell] = 0;

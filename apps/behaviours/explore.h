@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -32,6 +33,8 @@ class Explore final : public Behaviour {
 
  private:
   struct Ways;
+  /// Returns the share of new floor, free and not visited, within kVisited_m, by cell.
+  [[nodiscard]] std::vector<float> new_floor() const;
   [[nodiscard]] Ways ways_from(std::size_t here) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> nearest_room(const Eigen::Vector2d& here_m) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> next_place(const localisation::Pose& believed);
@@ -41,10 +44,10 @@ class Explore final : public Behaviour {
   Body body_;
   double reaction_s_;
   SeenFloor floor_;
-  std::vector<std::uint8_t> room_;             ///< SeenFloor::room_for
-  std::vector<std::uint8_t> is_easy_;          ///< has much room, was well seen, and nothing passes there
-  std::vector<std::uint8_t> is_visited_;       ///< by cell
-  std::vector<Eigen::Vector2d> new_things_m_;  ///< of the latest scan, where nothing was known before; world frame
+  std::vector<std::uint8_t> room_;                         ///< SeenFloor::room_for
+  std::vector<std::uint8_t> is_easy_;                      ///< has much room, was well seen, and nothing passes there
+  std::vector<std::uint8_t> is_visited_;                   ///< by cell
+  std::deque<std::vector<Eigen::Vector2d>> new_things_m_;  ///< SeenFloor::add, of the latest scans
   std::optional<std::size_t> goal_;
 };
 

@@ -9,21 +9,22 @@
 namespace twocone::behaviours {
 namespace {
 
-// Evidence of one scan, and its limits. Floor is free after three scans that look through it. One that shows a thing
-// there is forgotten after some more, since single wrong ranges are usual; three are after a dozen. A thin thing is
-// ranged in every fifth scan of a cell: that must outweigh the others. From afar it is ranged in none.
+// Evidence of one scan, and its limits. Floor is free after three scans that look through it. A thin thing is ranged in
+// every fifth scan of a cell, and the floor under it in the others: one scan that shows it must outweigh those.
 constexpr float kHit = 1.6F;
 constexpr float kMiss = -0.25F;
 constexpr float kLeast = -1.5F;
-constexpr float kLeastAfar = -0.8F;
 constexpr float kMost = 3;
 // Where low things are not ranged, a beam shows a thing only if this much of it is above the lowest height that is:
 // ranges are missing, or wrong, beside the limit of what both mirrors show.
-constexpr double kShown_m = 0.10;
-// A thing is surely ranged up to this many times its height, and all things are up to kNear_m: the edge of a table top,
-// 4 cm of wood at 0.2 m, is ranged in most scans from 1.8 m, and in few from 2.5 m.
-constexpr double kResolved = 6;
-constexpr double kNear_m = 1.8;
+constexpr double kShown_m = 0.20;
+// A thing is confirmed by another scan that shows one this near to it, within so many scans, from no farther than this.
+// Single wrong ranges are usual, and from farther away also what seems to be behind the edge of a low thing.
+constexpr double kConfirms_m = 2.1 * SeenFloor::kCell_m;
+constexpr std::uint64_t kConfirmsScans = 10;
+constexpr double kConfirmsFrom_m = 2;
+// A thing that moves has left its place, by more than a cell, after so many scans.
+constexpr std::uint64_t kMoveScans = 5;
 // Lower things than this are no obstacles.
 constexpr double kLow_m = 0.05;
 // A beam that none beside it agrees with places nothing: ranges farther apart are of different things.
@@ -32,6 +33,12 @@ constexpr double kApart_m = 0.15;
 constexpr double kMostSigma_m = 0.15;
 // Share of its range by which a beam may end too late.
 constexpr double kRangeShare = 0.03;
+
+/// Returns whether the floor was ranged about this distance (vision::Beam::floor).
+bool has_floor_at(std::uint32_t floor, double distance_m) {
+  const auto step = static_cast<unsigned>(distance_m / vision::Beam::kFloorStep_m);
+  return step < 31 && ((floor >> step | floor << 1 >> step | floor >> 1 >> step) & 1U) != 0;
+}
 
 /// Returns the distance up to which a beam shows that nothing is there; 0: it says nothing.
 double free_up_to_m(const vision::Beam& beam) {
@@ -52,7 +59,9 @@ SeenFloor::SeenFloor(const Arena& arena, LowestSeen lowest_seen_m)
       top_m_(is_listed_.size()),
       is_well_seen_(is_listed_.size()),
       is_busy_(is_listed_.size()),
-      hit_by_(is_listed_.size()) {
+      is_confirmed_(is_listed_.size()),
+      hit_by_(is_listed_.size()),
+      since_(is_listed_.size()) {
   for (std::size_t cell = 0; cell < cells(); ++cell) is_listed_[cell] = arena.clearance_m(middle_m(cell)) < 0 ? 1 : 0;
 }
 
@@ -69,20 +78,6 @@ Eigen::Vector2d SeenFloor::middle_m(std::size_t cell) const {
   return min_m_ + kCell_m * Eigen::Vector2d(double(column) + 0.5, double(row) + 0.5);
 }
 
-template <typename Use>
-void SeenFloor::within(const Eigen::Vector2d& place_m, double radius_m, Use&& use) const {
-  const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(radius_m);
-  const std::size_t first = cell_of(place_m - reach_m);
-  const std::size_t last = cell_of(place_m + reach_m);
-  const auto columns = std::size_t(columns_);
-  for (std::size_t row = first / columns; row <= last / columns; ++row) {
-    for (std::size_t column = first % columns; column <= last % columns; ++column) {
-      const std::size_t cell = row * columns + column;
-      if ((middle_m(cell) - place_m).squaredNorm() <= radius_m * radius_m) use(cell);
-    }
-  }
-}
-
 std::vector<Eigen::Vector2d> SeenFloor::add(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
   if (scan.empty()) return {};
   ++scans_;
@@ -92,7 +87,7 @@ std::vector<Eigen::Vector2d> SeenFloor::add(const localisation::Pose& at, const 
   const std::vector<End> ends = ends_of(at, scan);
   std::vector<Eigen::Vector2d> new_m;
   for (const End& end : ends) {
-    if (!is_known_thing(end.place_m)) new_m.push_back(end.place_m);
+    if (is_well_seen(cell_of(end.place_m)) && !is_known_thing(end.place_m)) new_m.push_back(end.place_m);
   }
   count_hits(ends, scan);
   count_free(at, scan);
@@ -127,8 +122,17 @@ void SeenFloor::count_hits(const std::vector<End>& ends, const std::vector<visio
     if (!agrees(scan[(k + 1) % scan.size()]) && !agrees(scan[(k + scan.size() - 1) % scan.size()])) continue;
     const std::size_t cell = cell_of(place_m);
     if ((middle_m(cell) - place_m).cwiseAbs().maxCoeff() > kCell_m) continue;  // outside the arena
+    if (evidence_[cell] <= 0) is_confirmed_[cell] = 0;
     top_m_[cell] = evidence_[cell] > 0 ? std::max(top_m_[cell], beam.top_m) : beam.top_m;
-    if (std::exchange(hit_by_[cell], scans_) != scans_) evidence_[cell] = std::min(evidence_[cell] + kHit, kMost);
+    within(place_m, kConfirms_m, [&](std::size_t near) {
+      if (beam.range_m > kConfirmsFrom_m || hit_by_[near] == 0 || hit_by_[near] == scans_ ||
+          hit_by_[near] + kConfirmsScans < scans_)
+        return;
+      is_confirmed_[cell] = is_confirmed_[near] = 1;
+    });
+    if (std::exchange(hit_by_[cell], scans_) == scans_) continue;
+    if (evidence_[cell] <= 0) since_[cell] = scans_;
+    evidence_[cell] = std::min(evidence_[cell] + kHit, kMost);
   }
 }
 
@@ -146,21 +150,24 @@ void SeenFloor::count_free(const localisation::Pose& at, const std::vector<visio
     const double half_rad = std::atan2(kCell_m / 2, distance_m);
     const double from = (std::atan2(there_m.y(), there_m.x()) - half_rad + std::numbers::pi) / per_beam_rad;
     const double to = from + 2 * half_rad / per_beam_rad;
+    std::uint32_t floor = 0;
     for (int k = static_cast<int>(std::floor(from)); k <= static_cast<int>(std::floor(to)); ++k) {
-      if (free_m[std::size_t((k % beams + beams) % beams)] < distance_m) return;
+      const auto beam = std::size_t((k % beams + beams) % beams);
+      if (free_m[beam] < distance_m) return;
+      floor |= scan[beam].floor;
     }
-    const bool is_near = distance_m < kNear_m;
-    if (evidence_[cell] > 0) {
-      const bool would_show = shows(distance_m, top_m_[cell]) && (is_near || distance_m < kResolved * top_m_[cell]);
-      if (!would_show) return;
-    } else if (shows(distance_m, kLow_m)) {
+    const bool was_there = evidence_[cell] > 0 && is_confirmed_[cell] != 0;
+    const bool shows_low = shows(distance_m, kLow_m);
+    if (was_there) {
+      if (shows_low ? !has_floor_at(floor, distance_m) : lowest_seen_m_(distance_m) > top_m_[cell] - kShown_m) return;
+    } else if (evidence_[cell] <= 0 && shows_low) {
       is_well_seen_[cell] = 1;
-    } else if (!is_at_start_) {
+    } else if (evidence_[cell] <= 0 && !is_at_start_ && is_busy_[cell] == 0) {
       return;
     }
-    const bool was_there = evidence_[cell] > 0;
-    evidence_[cell] = std::min(evidence_[cell], std::max(evidence_[cell] + kMiss, is_near ? kLeast : kLeastAfar));
-    if (was_there && evidence_[cell] <= 0) is_busy_[cell] = 1;
+    evidence_[cell] = std::min(evidence_[cell], std::max(evidence_[cell] + kMiss, kLeast));
+    // A thing that moved away stood on floor.
+    if (was_there && evidence_[cell] <= 0) is_busy_[cell] = is_well_seen_[cell] = 1;
   });
 }
 
@@ -173,7 +180,9 @@ void SeenFloor::stand_on(const Eigen::Vector2d& place_m, double radius_m) {
 
 bool SeenFloor::is_known_thing(const Eigen::Vector2d& place_m) const {
   bool is_known = false;
-  within(place_m, 1.5 * kCell_m, [&](std::size_t cell) { is_known |= is_listed_[cell] != 0 || evidence_[cell] > 0; });
+  within(place_m, 1.5 * kCell_m, [&](std::size_t cell) {
+    is_known |= is_listed_[cell] != 0 || (evidence_[cell] > 0 && since_[cell] + kMoveScans <= scans_);
+  });
   return is_known;
 }
 

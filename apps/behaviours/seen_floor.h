@@ -20,12 +20,12 @@ using LowestSeen = std::function<double(double distance_m)>;
 
 /// What scans have shown of the floor of an arena, in square cells: an occupancy grid (Moravec and Elfes 1985).
 ///
-/// A thing that ends a beam counts for its cell, and all before it against theirs. A beam counts against an occupied
-/// cell only if it would have shown what is there. So a low thing that the mirrors no longer see because the robot has
-/// come near stays where it was seen, as does a thin one that they no longer resolve because the robot has gone away.
-/// Likewise, floor is free only if beams have passed it that would have shown a low thing there. Only round the start,
-/// where no scan has, each beam counts until the robot has left it: low things must not stand there. What the map lists
-/// is never free.
+/// A thing that ends a beam counts for its cell, and all before it against theirs. A beam counts against a thing that
+/// two scans have shown only if the floor was ranged there, or, nearer to the robot than that can be, if it would have
+/// shown the thing. So a low thing that the mirrors no longer see because the robot has come near stays where it was
+/// seen. Likewise, floor is free only if beams have passed it that would have shown a low thing there. Only round the
+/// start, where no scan has, each beam counts until the robot has left it: low things must not stand there. What the
+/// map lists is never free.
 class SeenFloor {
  public:
   static constexpr double kCell_m = 0.05;
@@ -34,7 +34,7 @@ class SeenFloor {
   SeenFloor(const Arena& arena, LowestSeen lowest_seen_m);
 
   /// Adds a scan. @param at the body's pose at its time, world frame
-  /// @returns places of things where nothing was known before
+  /// @returns places of things where the floor was free before: of what moves, or was not seen until now
   std::vector<Eigen::Vector2d> add(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
   /// The robot stands there, so that nothing else does.
   void stand_on(const Eigen::Vector2d& place_m, double radius_m);
@@ -50,14 +50,15 @@ class SeenFloor {
   }
   /// Returns whether a low thing would have been seen there: everywhere on free floor but round the start.
   [[nodiscard]] bool is_well_seen(std::size_t cell) const { return is_well_seen_[cell] != 0; }
-  /// Returns whether something was there that has gone: more may come.
+  /// Returns whether something that two scans had shown has gone from there: more may come.
   [[nodiscard]] bool is_busy(std::size_t cell) const { return is_busy_[cell] != 0; }
-  /// Returns whether something is listed or was seen at the place, or beside it.
-  [[nodiscard]] bool is_known_thing(const Eigen::Vector2d& place_m) const;
   /// Returns 1 for each cell at whose middle a disc of this radius lies on free cells alone.
   [[nodiscard]] std::vector<std::uint8_t> room_for(double radius_m) const;
   /// Returns the number of cells within the disc that are not free.
   [[nodiscard]] int not_free_within(const Eigen::Vector2d& place_m, double radius_m) const;
+  /// Calls `use(cell)` for each cell whose middle lies within the disc.
+  template <typename Use>
+  void within(const Eigen::Vector2d& place_m, double radius_m, Use&& use) const;
 
  private:
   static constexpr float kFree = -0.7F;
@@ -70,11 +71,10 @@ class SeenFloor {
   };
   /// Returns the ends of beams that show their thing well enough to be believed.
   [[nodiscard]] std::vector<End> ends_of(const localisation::Pose& at, const std::vector<vision::Beam>& scan) const;
+  /// Returns whether something is listed, or was seen some scans ago, at the place or beside it.
+  [[nodiscard]] bool is_known_thing(const Eigen::Vector2d& place_m) const;
   void count_hits(const std::vector<End>& ends, const std::vector<vision::Beam>& scan);
   void count_free(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
-  /// Calls `use(cell)` for each cell whose middle lies within the disc.
-  template <typename Use>
-  void within(const Eigen::Vector2d& place_m, double radius_m, Use&& use) const;
 
   Eigen::Vector2d min_m_;
   int columns_, rows_;
@@ -82,11 +82,26 @@ class SeenFloor {
   std::vector<std::uint8_t> is_listed_;  ///< the map has something there
   std::vector<float> evidence_;          ///< > 0: occupied, < kFree: free; 0 at the begin: unknown
   std::vector<double> top_m_;            ///< greatest height that was ranged of what is there
-  std::vector<std::uint8_t> is_well_seen_, is_busy_;
+  std::vector<std::uint8_t> is_well_seen_, is_busy_, is_confirmed_;
   std::vector<std::uint64_t> hit_by_;  ///< the number of the latest scan with a thing there
+  std::vector<std::uint64_t> since_;   ///< that of the scan from which on something is there
   std::uint64_t scans_ = 0;
   std::optional<Eigen::Vector2d> start_m_;  ///< where the first scan was taken
   bool is_at_start_ = true;                 ///< so near to it that low things there were not seen
 };
+
+template <typename Use>
+void SeenFloor::within(const Eigen::Vector2d& place_m, double radius_m, Use&& use) const {
+  const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(radius_m);
+  const std::size_t first = cell_of(place_m - reach_m);
+  const std::size_t last = cell_of(place_m + reach_m);
+  const auto columns = std::size_t(columns_);
+  for (std::size_t row = first / columns; row <= last / columns; ++row) {
+    for (std::size_t column = first % columns; column <= last % columns; ++column) {
+      const std::size_t cell = row * columns + column;
+      if ((middle_m(cell) - place_m).squaredNorm() <= radius_m * radius_m) use(cell);
+    }
+  }
+}
 
 }  // namespace twocone::behaviours

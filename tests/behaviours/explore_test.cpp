@@ -47,6 +47,9 @@ std::vector<Beam> scan_of(const Arena& room, const Pose& at, double top_m = 0.5)
       range_m += clear_m = room.clearance_m({at.x_m + range_m * along.x(), at.y_m + range_m * along.y()});
     const bool is_shown = lowest_seen_m(range_m) < top_m;
     scan[k] = is_shown ? Beam{BeamState::kOccupied, range_m, 0.01, top_m} : Beam{BeamState::kFree, 3, 0, 0};
+    for (std::uint32_t step = 0; step < 32 && step * Beam::kFloorStep_m < range_m; ++step) {
+      if (lowest_seen_m(step * Beam::kFloorStep_m) <= 0) scan[k].floor |= std::uint32_t{1} << step;
+    }
   }
   return scan;
 }
@@ -69,8 +72,6 @@ TEST(SeenFloor, IsFreeUpToWhatIsSeenAndUnknownBehindIt) {
   EXPECT_FALSE(is_free(0.51, 0));
   EXPECT_FALSE(is_free(0.75, 0.1));
   EXPECT_FALSE(is_free(1.2, 0.1));
-  EXPECT_TRUE(floor.is_known_thing({0.51, 0}));
-  EXPECT_FALSE(floor.is_known_thing({1.2, 0.1}));
 }
 
 TEST(SeenFloor, WhatTheMapListsIsNeverFree) {
@@ -100,14 +101,35 @@ TEST(SeenFloor, ALowThingStaysWhenTheRobotComesNearAndGoesAfterItWasSeenToBeGone
   EXPECT_TRUE(floor.is_busy(edge));
 }
 
-TEST(SeenFloor, AThingStaysWhenItIsNoLongerSeenFromFartherAway) {
+TEST(SeenFloor, AThingOfTwoScansGoesOnlyWhereTheFloorIsRanged) {
+  const Pose at{-1, 0, 0};
+  const auto without_floor = [](std::vector<Beam> scan) {
+    for (Beam& beam : scan) beam.floor = 0;
+    return scan;
+  };
+  for (const int scans : {1, 2}) {
+    SeenFloor floor(walls(), lowest_seen_m);
+    const std::size_t edge = floor.cell_of({0.49, 0.1});
+    for (int k = 0; k < 5; ++k) floor.add(at, scan_of(walls(), at));
+    for (int k = 0; k < scans; ++k) floor.add(at, scan_of(furnished(), at, 0.2));
+    EXPECT_FALSE(floor.is_free(edge)) << scans;
+    for (int k = 0; k < 30; ++k) floor.add(at, without_floor(scan_of(walls(), at)));
+    EXPECT_EQ(floor.is_free(edge), scans == 1) << "single wrong ranges are usual";
+    for (int k = 0; k < 30; ++k) floor.add(at, scan_of(walls(), at));
+    EXPECT_TRUE(floor.is_free(edge)) << scans;
+  }
+}
+
+TEST(SeenFloor, ReturnsWhatComesOntoFloorThatWasFreeAndNotWhatStands) {
   SeenFloor floor(walls(), lowest_seen_m);
-  const std::size_t edge = floor.cell_of({0.49, 0.1});
-  const Pose from{-0.8, 0, 0};
-  for (int k = 0; k < 3; ++k) floor.add(from, scan_of(furnished(), from, 0.2));
-  const Pose farther{-1.7, 0, 0};
-  for (int k = 0; k < 50; ++k) floor.add(farther, scan_of(walls(), farther));
-  EXPECT_FALSE(floor.is_free(edge));
+  const Pose at{-1, 0, 0};
+  EXPECT_TRUE(floor.add(at, scan_of(walls(), at)).empty()) << "nothing was free before";
+  for (int k = 0; k < 5; ++k) EXPECT_TRUE(floor.add(at, scan_of(walls(), at)).empty());
+  const std::vector<Eigen::Vector2d> come_m = floor.add(at, scan_of(furnished(), at));
+  EXPECT_GT(come_m.size(), 10U);
+  for (const Eigen::Vector2d& place_m : come_m) EXPECT_NEAR(place_m.x(), 0.5, 0.05);
+  for (int k = 0; k < 5; ++k) floor.add(at, scan_of(furnished(), at));
+  EXPECT_TRUE(floor.add(at, scan_of(furnished(), at)).empty());
 }
 
 TEST(Explore, StandsUntilItSees) {

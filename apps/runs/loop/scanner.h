@@ -11,8 +11,8 @@
 
 namespace twocone::runs {
 
-/// Scans what is around the robot while it drives, by full range images: half the azimuths and one round, which take a
-/// third of the time (vision::DenseSettings), miss thin things as the edge of a table top.
+/// Scans what is around the robot while it drives, by full range images. Those of half the azimuths and one round,
+/// which take a third of the time (vision::DenseSettings), miss thin things as the edge of a table top.
 class Scanner {
  public:
   /// @throws config::FileError for a rig that vision rejects
