@@ -35,9 +35,9 @@ struct PlanFix {
 };
 
 struct PlanSettings {
-  double plan_sigma_m = 0.03;  ///< standard deviation of an edge's place, >= 0
-  int least_points = 30;       ///< on the plan; fewer give no pose, >= 3
-  double least_share = 0.3;    ///< of all points, likewise, 0 to 1
+  double plan_sigma_m = 0.035;  ///< standard deviation of an edge's place, >= 0
+  int least_points = 30;        ///< on the plan; fewer give no pose, >= 3
+  double least_share = 0.3;     ///< of all points, likewise, 0 to 1
 };
 
 /// Returns the pose at which the points of a scan lie on the plan: iterated closest points (Besl and McKay 1992) with

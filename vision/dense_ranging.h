@@ -90,8 +90,10 @@ struct RangeImage {
 ///    much.
 /// 2. A check from the upper view back to the lower one, and whether the lower view repeats along the radius.
 /// 3. Least squares at full resolution in a window around each pixel, for a correction of the window's disparities, a
-///    gain, and an offset in each azimuth (Lucas & Kanade 1981). Pixels of the window keep their own disparities, so a
-///    slanted surface needs no plane of its own, and count less the more these differ from that of the middle.
+///    gain, and an offset in each azimuth (Lucas & Kanade 1981). A window is 19 slopes x 3 azimuths: across, the
+///    disparities of things change suddenly. It expects the disparities of an upright surface, which are equal, or of a
+///    level one, which fall or rise linearly to 0 at the horizon, whichever is closer. Pixels keep their own
+///    disparities, and count less the more these differ from what is expected.
 /// 4. The two rays of the pixels, by MirrorView, meet in the upright plane of their azimuth.
 ///
 /// A range needs texture along the radius: an upright edge on a plain wall has none.
@@ -103,7 +105,7 @@ struct RangeImage {
 /// Sigma: sigma_D^2 = (noise of both views + what the fit leaves) / sum of squared gradients in the window + last
 /// correction^2 + a share of the variance of the window's disparities + a floor. Then
 /// sigma_range = (rho + rho_V)^2 step / s sigma_D, which the rig's errors add to. In rooms full of texture, 95 %
-/// intervals hold 92 to 97 % (dense_ranging_test.cpp, docs/evidence/dense.md). They hold fewer beside the edges of
+/// intervals hold 92 to 98 % (dense_ranging_test.cpp, docs/evidence/dense.md). They hold fewer beside the edges of
 /// things and where bars or slats repeat, and there more ranges are wrong.
 ///
 /// Thread-safe: measure() is const and has no state.

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <span>
 
 #include "base/errors.h"
 
@@ -28,12 +30,13 @@ Beam nearest_thing(const std::vector<RangedPixel>& ranged) {
     const double within_m = kAgreeSigmas * ranged[first].sigma_m + kAgreeShare * ranged[first].range_m;
     const std::size_t last = first + kLeastPixels - 1;
     if (ranged[last].range_m > ranged[first].range_m + 2 * within_m) continue;
-    const RangedPixel& middle = ranged[(first + last) / 2];
-    Beam beam{BeamState::kOccupied, middle.range_m, middle.sigma_m, middle.height_m};
-    for (std::size_t k = first; k < ranged.size() && ranged[k].range_m <= middle.range_m + within_m; ++k) {
-      beam.top_m = std::max(beam.top_m, ranged[k].height_m);
-    }
-    return beam;
+    // The nearest of a wall's ranges are those that are too short: all that may be of the same thing count.
+    const double farthest_m = ranged[(first + last) / 2].range_m + within_m;
+    const auto end = std::ranges::upper_bound(ranged, farthest_m, {}, &RangedPixel::range_m);
+    const std::span<const RangedPixel> thing(ranged.begin() + std::ptrdiff_t(first), end);
+    const RangedPixel& middle = thing[thing.size() / 2];
+    const double top_m = std::ranges::max(thing, {}, &RangedPixel::height_m).height_m;
+    return {BeamState::kOccupied, middle.range_m, middle.sigma_m, top_m};
   }
   return {};
 }
