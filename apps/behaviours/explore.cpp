@@ -126,7 +126,7 @@ std::optional<Eigen::Vector2d> Explore::nearest_room(const Eigen::Vector2d& here
 std::optional<Eigen::Vector2d> Explore::next_place(const localisation::Pose& believed) {
   const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
   // Something has come, or was found, closer than the margin: by more than a little, the robot leaves it first.
-  const auto from_m = room_[floor_.cell_of(here_m)] != 0 ? std::optional(here_m) : nearest_room(here_m);
+  auto from_m = room_[floor_.cell_of(here_m)] != 0 ? std::optional(here_m) : nearest_room(here_m);
   if (!from_m || (*from_m - here_m).norm() > kLittle_m) return from_m;
   const std::size_t here = floor_.cell_of(*from_m);
   const Ways ways = ways_from(here);
