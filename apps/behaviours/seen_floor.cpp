@@ -34,10 +34,11 @@ constexpr double kMostSigma_m = 0.15;
 // Share of its range by which a beam may end too late.
 constexpr double kRangeShare = 0.03;
 
-/// Returns whether the floor was ranged about this distance (vision::Beam::floor).
+/// Returns whether the floor was ranged at this distance and before it (vision::Beam::floor): behind the far edge of a
+/// low thing it is ranged as well.
 bool has_floor_at(std::uint32_t floor, double distance_m) {
   const auto step = static_cast<unsigned>(distance_m / vision::Beam::kFloorStep_m);
-  return step < 31 && ((floor >> step | floor << 1 >> step | floor >> 1 >> step) & 1U) != 0;
+  return step > 0 && step < 32 && (floor >> (step - 1) & 3U) == 3U;
 }
 
 /// Returns the distance up to which a beam shows that nothing is there; 0: it says nothing.

@@ -88,7 +88,7 @@ TEST(SeenFloor, ALowThingStaysWhenTheRobotComesNearAndGoesAfterItWasSeenToBeGone
   const std::size_t edge = floor.cell_of({0.49, 0.1});
   const Pose start{-1.8, -1.2, 0};
   floor.add(start, scan_of(furnished(), start, kTop_m));
-  const Pose far{-1, 0, 0};
+  const Pose far{-1.2, 0, 0};
   for (int k = 0; k < 3; ++k) floor.add(far, scan_of(furnished(), far, kTop_m));
   ASSERT_FALSE(floor.is_free(edge));
   const Pose near{-0.1, 0, 0};
@@ -102,7 +102,7 @@ TEST(SeenFloor, ALowThingStaysWhenTheRobotComesNearAndGoesAfterItWasSeenToBeGone
 }
 
 TEST(SeenFloor, AThingOfTwoScansGoesOnlyWhereTheFloorIsRanged) {
-  const Pose at{-1, 0, 0};
+  const Pose at{-1.2, 0, 0};
   const auto without_floor = [](std::vector<Beam> scan) {
     for (Beam& beam : scan) beam.floor = 0;
     return scan;
