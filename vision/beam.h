@@ -18,9 +18,14 @@ struct Beam {
   double range_m = 0;
   double sigma_m = 0;  ///< occupied: of range_m; else 0
   double top_m = 0;    ///< occupied: the greatest height over the floor that was ranged of the thing; else 0
-  /// Bit k: the floor was ranged between k and k + 1 times kFloorStep_m, whatever is nearer or farther.
+  /// Where the floor was ranged, whatever is nearer or farther: the bits of all its distances.
   std::uint32_t floor = 0;
   static constexpr double kFloorStep_m = 0.1;
+  /// Returns the bit of all distances within the same kFloorStep_m; 0 beyond the last one. @param distance_m >= 0
+  static std::uint32_t floor_bit(double distance_m) {
+    const double step = distance_m / kFloorStep_m;
+    return step < 32 ? std::uint32_t{1} << static_cast<unsigned>(step) : 0;
+  }
 };
 
 /// Returns the bearing of the middle of beam `k` of `beams` in the body's frame, -pi to pi.

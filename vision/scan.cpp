@@ -68,9 +68,7 @@ std::vector<Beam> scan_of(const RangeImage& image, const ScanSettings& settings)
       const double height_m = image.height_m.at<float>(a, i);
       const double turn = (double(image.bearing_rad.at<float>(a, i)) + std::numbers::pi) / (2 * std::numbers::pi);
       const std::size_t beam = std::min(beams - 1, std::size_t(std::max(0.0, turn) * double(beams)));
-      if (height_m < settings.low_m && range_m < 32 * Beam::kFloorStep_m) {
-        floor[beam] |= std::uint32_t{1} << static_cast<unsigned>(range_m / Beam::kFloorStep_m);
-      }
+      if (height_m < settings.low_m) floor[beam] |= Beam::floor_bit(range_m);
       // A longer range moves the point along its ray.
       const double height_sigma_m = std::abs(image.grid.slope(i)) * sigma_m;
       const bool is_below = height_m < settings.low_m - settings.sigmas * height_sigma_m;

@@ -37,8 +37,9 @@ constexpr double kRangeShare = 0.03;
 /// Returns whether the floor was ranged at this distance and before it (vision::Beam::floor): behind the far edge of a
 /// low thing it is ranged as well.
 bool has_floor_at(std::uint32_t floor, double distance_m) {
-  const auto step = static_cast<unsigned>(distance_m / vision::Beam::kFloorStep_m);
-  return step > 0 && step < 32 && (floor >> (step - 1) & 3U) == 3U;
+  const std::uint32_t here = vision::Beam::floor_bit(distance_m);
+  const std::uint32_t both = here | here >> 1;
+  return here != 0 && (floor & both) == both;
 }
 
 /// Returns the distance up to which a beam shows that nothing is there; 0: it says nothing.
@@ -55,15 +56,8 @@ SeenFloor::SeenFloor(const Arena& arena, LowestSeen lowest_seen_m)
       columns_(std::max(1, static_cast<int>(std::ceil((arena.max_m - arena.min_m).x() / kCell_m)))),
       rows_(std::max(1, static_cast<int>(std::ceil((arena.max_m - arena.min_m).y() / kCell_m)))),
       lowest_seen_m_(std::move(lowest_seen_m)),
-      is_listed_(std::size_t(columns_) * std::size_t(rows_)),
-      evidence_(is_listed_.size()),
-      top_m_(is_listed_.size()),
-      is_well_seen_(is_listed_.size()),
-      is_busy_(is_listed_.size()),
-      is_confirmed_(is_listed_.size()),
-      hit_by_(is_listed_.size()),
-      since_(is_listed_.size()) {
-  for (std::size_t cell = 0; cell < cells(); ++cell) is_listed_[cell] = arena.clearance_m(middle_m(cell)) < 0 ? 1 : 0;
+      cells_(std::size_t(columns_) * std::size_t(rows_)) {
+  for (std::size_t cell = 0; cell < cells(); ++cell) cells_[cell].is_listed = arena.clearance_m(middle_m(cell)) < 0;
 }
 
 std::size_t SeenFloor::cell_of(const Eigen::Vector2d& place_m) const {
@@ -121,19 +115,22 @@ void SeenFloor::count_hits(const std::vector<End>& ends, const std::vector<visio
       return other.state == vision::BeamState::kOccupied && std::abs(other.range_m - beam.range_m) < kApart_m;
     };
     if (!agrees(scan[(k + 1) % scan.size()]) && !agrees(scan[(k + scan.size() - 1) % scan.size()])) continue;
-    const std::size_t cell = cell_of(place_m);
-    if ((middle_m(cell) - place_m).cwiseAbs().maxCoeff() > kCell_m) continue;  // outside the arena
-    if (evidence_[cell] <= 0) is_confirmed_[cell] = 0;
-    top_m_[cell] = evidence_[cell] > 0 ? std::max(top_m_[cell], beam.top_m) : beam.top_m;
-    within(place_m, kConfirms_m, [&](std::size_t near) {
-      if (beam.range_m > kConfirmsFrom_m || hit_by_[near] == 0 || hit_by_[near] == scans_ ||
-          hit_by_[near] + kConfirmsScans < scans_)
-        return;
-      is_confirmed_[cell] = is_confirmed_[near] = 1;
-    });
-    if (std::exchange(hit_by_[cell], scans_) == scans_) continue;
-    if (evidence_[cell] <= 0) since_[cell] = scans_;
-    evidence_[cell] = std::min(evidence_[cell] + kHit, kMost);
+    const std::size_t at = cell_of(place_m);
+    if ((middle_m(at) - place_m).cwiseAbs().maxCoeff() > kCell_m) continue;  // outside the arena
+    Cell& cell = cells_[at];
+    const bool is_new = cell.evidence <= 0;
+    if (is_new) cell.is_confirmed = false;
+    cell.top_m = is_new ? beam.top_m : std::max(cell.top_m, beam.top_m);
+    if (beam.range_m <= kConfirmsFrom_m) {
+      within(place_m, kConfirms_m, [&](std::size_t near) {
+        const std::uint64_t hit_by = cells_[near].hit_by;
+        if (hit_by == 0 || hit_by == scans_ || hit_by + kConfirmsScans < scans_) return;
+        cell.is_confirmed = cells_[near].is_confirmed = true;
+      });
+    }
+    if (std::exchange(cell.hit_by, scans_) == scans_) continue;
+    if (is_new) cell.since = scans_;
+    cell.evidence = std::min(cell.evidence + kHit, kMost);
   }
 }
 
@@ -143,9 +140,10 @@ void SeenFloor::count_free(const localisation::Pose& at, const std::vector<visio
   std::vector<double> free_m(scan.size());
   std::ranges::transform(scan, free_m.begin(), free_up_to_m);
   const Eigen::Vector2d here_m(at.x_m, at.y_m);
-  within(here_m, kFarthest_m, [&](std::size_t cell) {
-    if (hit_by_[cell] == scans_) return;
-    const Eigen::Vector2d there_m = localisation::in_body(at, middle_m(cell));
+  within(here_m, kFarthest_m, [&](std::size_t index) {
+    Cell& cell = cells_[index];
+    if (cell.hit_by == scans_) return;
+    const Eigen::Vector2d there_m = localisation::in_body(at, middle_m(index));
     const double distance_m = there_m.norm();
     // All beams that cross the cell must pass it.
     const double half_rad = std::atan2(kCell_m / 2, distance_m);
@@ -157,32 +155,31 @@ void SeenFloor::count_free(const localisation::Pose& at, const std::vector<visio
       if (free_m[beam] < distance_m) return;
       floor |= scan[beam].floor;
     }
-    const bool was_there = evidence_[cell] > 0 && is_confirmed_[cell] != 0;
     const bool shows_low = shows(distance_m, kLow_m);
-    if (was_there) {
-      if (shows_low ? !has_floor_at(floor, distance_m) : lowest_seen_m_(distance_m) > top_m_[cell] - kShown_m) return;
-    } else if (evidence_[cell] <= 0 && shows_low) {
-      is_well_seen_[cell] = 1;
-    } else if (evidence_[cell] <= 0 && !is_at_start_ && is_busy_[cell] == 0) {
-      return;
+    const bool was_there = cell.evidence > 0 && cell.is_confirmed;
+    if (was_there && !(shows_low ? has_floor_at(floor, distance_m) : shows(distance_m, cell.top_m))) return;
+    if (cell.evidence <= 0) {
+      if (!shows_low && !is_at_start_ && !cell.is_busy) return;
+      cell.is_well_seen |= shows_low;
     }
-    evidence_[cell] = std::min(evidence_[cell], std::max(evidence_[cell] + kMiss, kLeast));
+    cell.evidence = std::min(cell.evidence, std::max(cell.evidence + kMiss, kLeast));
     // A thing that moved away stood on floor.
-    if (was_there && evidence_[cell] <= 0) is_busy_[cell] = is_well_seen_[cell] = 1;
+    if (was_there && cell.evidence <= 0) cell.is_busy = cell.is_well_seen = true;
   });
 }
 
 void SeenFloor::stand_on(const Eigen::Vector2d& place_m, double radius_m) {
   within(place_m, radius_m, [&](std::size_t cell) {
-    evidence_[cell] = kLeast;
-    is_well_seen_[cell] = 1;
+    cells_[cell].evidence = kLeast;
+    cells_[cell].is_well_seen = true;
   });
 }
 
 bool SeenFloor::is_known_thing(const Eigen::Vector2d& place_m) const {
   bool is_known = false;
-  within(place_m, 1.5 * kCell_m, [&](std::size_t cell) {
-    is_known |= is_listed_[cell] != 0 || (evidence_[cell] > 0 && since_[cell] + kMoveScans <= scans_);
+  within(place_m, 1.5 * kCell_m, [&](std::size_t near) {
+    const Cell& cell = cells_[near];
+    is_known |= cell.is_listed || (cell.evidence > 0 && cell.since + kMoveScans <= scans_);
   });
   return is_known;
 }

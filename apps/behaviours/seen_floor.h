@@ -34,24 +34,25 @@ class SeenFloor {
   SeenFloor(const Arena& arena, LowestSeen lowest_seen_m);
 
   /// Adds a scan. @param at the body's pose at its time, world frame
-  /// @returns places of things where the floor was free before: of what moves, or was not seen until now
+  /// @returns places of things on floor that was well seen before: of what moves, or was not ranged until now
   std::vector<Eigen::Vector2d> add(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
   /// The robot stands there, so that nothing else does.
   void stand_on(const Eigen::Vector2d& place_m, double radius_m);
 
-  [[nodiscard]] std::size_t cells() const { return evidence_.size(); }
+  [[nodiscard]] std::size_t cells() const { return cells_.size(); }
   [[nodiscard]] int columns() const { return columns_; }
   /// Returns the cell of a place; that of the nearest place of the arena for one outside.
   [[nodiscard]] std::size_t cell_of(const Eigen::Vector2d& place_m) const;
   [[nodiscard]] Eigen::Vector2d middle_m(std::size_t cell) const;
   /// Returns whether the cell was seen to be free, and the map lists nothing there.
   [[nodiscard]] bool is_free(std::size_t cell) const {
-    return is_listed_[cell] == 0 && evidence_[cell] < kFree && (is_well_seen_[cell] != 0 || is_at_start_);
+    const Cell& at = cells_[cell];
+    return !at.is_listed && at.evidence < kFree && (at.is_well_seen || is_at_start_);
   }
   /// Returns whether a low thing would have been seen there: everywhere on free floor but round the start.
-  [[nodiscard]] bool is_well_seen(std::size_t cell) const { return is_well_seen_[cell] != 0; }
+  [[nodiscard]] bool is_well_seen(std::size_t cell) const { return cells_[cell].is_well_seen; }
   /// Returns whether something that two scans had shown has gone from there: more may come.
-  [[nodiscard]] bool is_busy(std::size_t cell) const { return is_busy_[cell] != 0; }
+  [[nodiscard]] bool is_busy(std::size_t cell) const { return cells_[cell].is_busy; }
   /// Returns 1 for each cell at whose middle a disc of this radius lies on free cells alone.
   [[nodiscard]] std::vector<std::uint8_t> room_for(double radius_m) const;
   /// Returns the number of cells within the disc that are not free.
@@ -62,6 +63,16 @@ class SeenFloor {
 
  private:
   static constexpr float kFree = -0.7F;
+  struct Cell {
+    bool is_listed = false;  ///< the map has something there
+    bool is_well_seen = false;
+    bool is_busy = false;
+    bool is_confirmed = false;  ///< two scans have shown what is there
+    float evidence = 0;         ///< > 0: occupied, < kFree: free; 0 at the begin: unknown
+    double top_m = 0;           ///< greatest height that was ranged of what is there
+    std::uint64_t hit_by = 0;   ///< the number of the latest scan with a thing there
+    std::uint64_t since = 0;    ///< that of the scan from which on something is there
+  };
   /// Returns whether a thing of that height at that distance is ranged.
   [[nodiscard]] bool shows(double distance_m, double top_m) const;
   /// A beam that ends at a thing.
@@ -79,12 +90,7 @@ class SeenFloor {
   Eigen::Vector2d min_m_;
   int columns_, rows_;
   LowestSeen lowest_seen_m_;
-  std::vector<std::uint8_t> is_listed_;  ///< the map has something there
-  std::vector<float> evidence_;          ///< > 0: occupied, < kFree: free; 0 at the begin: unknown
-  std::vector<double> top_m_;            ///< greatest height that was ranged of what is there
-  std::vector<std::uint8_t> is_well_seen_, is_busy_, is_confirmed_;
-  std::vector<std::uint64_t> hit_by_;  ///< the number of the latest scan with a thing there
-  std::vector<std::uint64_t> since_;   ///< that of the scan from which on something is there
+  std::vector<Cell> cells_;
   std::uint64_t scans_ = 0;
   std::optional<Eigen::Vector2d> start_m_;  ///< where the first scan was taken
   bool is_at_start_ = true;                 ///< so near to it that low things there were not seen

@@ -216,19 +216,26 @@ TEST(DenseRanging, KnowsTiltsOffsetsAndLenses) {
   const DenseRanging knows{UncertainRig(built), kImage};
   const RangeImage image = knows.measure(pair.lower, pair.upper);
   // Its cells are not those of truth(), but the room's walls are where they are.
-  int on_wall = 0;
   int ranged = 0;
+  int held = 0;
+  int certain = 0;
+  int on_wall = 0;
   const Eigen::AlignedBox3d& walls = room.walls;
   for (const auto& [point, sigma_m] : points_of(image)) {
     const Eigen::Vector3d at = in_world({point, Eigen::Vector3d::UnitX()}, kPose).origin_m;
     const Eigen::Array3d off = (at - walls.min()).array().abs().min((at - walls.max()).array().abs());
-    if (sigma_m > 0.02) continue;
     const bool is_by_box = room.boxes.front().exteriorDistance(at) < 0.05;
-    on_wall += off.minCoeff() < 0.03 || is_by_box ? 1 : 0;
     ++ranged;
+    held += off.minCoeff() < std::max(0.03, 1.96 * sigma_m) || is_by_box ? 1 : 0;
+    // Ranges of a large sigma are farther off.
+    if (sigma_m > 0.02) continue;
+    ++certain;
+    on_wall += off.minCoeff() < 0.03 || is_by_box ? 1 : 0;
   }
   EXPECT_GE(ranged, 20000);
-  EXPECT_GE(double(on_wall) / ranged, 0.8);
+  EXPECT_GE(double(held) / ranged, 0.9);
+  EXPECT_GE(certain, 20000);
+  EXPECT_GE(double(on_wall) / certain, 0.92);
 }
 
 // Catches a sigma that counts noise alone: a robot whose upper unit is tilted by 0.3 degrees more than it believes.
