@@ -43,6 +43,22 @@ std::optional<PoseHypothesis::Measurement> measurement_of(const std::optional<Ei
                                      by_shared};
 }
 
+/// Returns the weight w of `other` in (1 - w) own + w other, two informations, at which the determinant is greatest.
+double weight_of_intersection(const Eigen::Matrix3d& own, const Eigen::Matrix3d& other) {
+  // The logarithm of the determinant is concave, so that its slope falls.
+  const auto slope = [&](double w) { return ((1 - w) * own + w * other).ldlt().solve(other - own).trace(); };
+  constexpr double kMost = 1 - 1e-6;
+  if (!(slope(0) > 0)) return 0;
+  if (slope(kMost) > 0) return kMost;
+  double low = 0;
+  double high = kMost;
+  for (int i = 0; i < 50; ++i) {
+    const double middle = (low + high) / 2;
+    (slope(middle) > 0 ? low : high) = middle;
+  }
+  return low;
+}
+
 }  // namespace
 
 std::string_view to_string(FilterState state) { return state == FilterState::kLost ? "lost" : "tracking"; }
@@ -134,6 +150,18 @@ bool PoseHypothesis::expects(const Measurement& m) const {
 bool PoseHypothesis::correct(const Measurement& m) {
   count_shared_errors(m.by_shared.cols());
   return update(linear(m));
+}
+
+bool PoseHypothesis::intersect(const Measurement& m) {
+  const Eigen::Matrix3d own = covariance_.topLeftCorner<3, 3>().inverse();
+  const double weight = weight_of_intersection(own, m.covariance.inverse());
+  if (weight == 0) return true;  // the pose is better in all directions
+  const Matrix before = covariance_;
+  Linear l = linear({.pose = m.pose, .covariance = m.covariance / weight, .has_heading = true});
+  covariance_.topLeftCorner<3, 3>() /= 1 - weight;
+  if (update(l)) return true;
+  covariance_ = before;
+  return false;
 }
 
 bool PoseHypothesis::update(const Linear& l) {
@@ -311,6 +339,15 @@ FixUse PoseFilter::correct_by_pose(const Measurement& m, bool is_checked) {
   elsewhere_.reset();
   state_ = FilterState::kTracking;
   return FixUse::kRelocated;
+}
+
+FixUse PoseFilter::correct_by_second_source(const Pose& pose, const Eigen::Matrix3d& covariance) {
+  const auto m = measurement_of(Eigen::Vector2d(pose.x_m, pose.y_m), pose.heading_rad, covariance, covariance, {});
+  if (!m) return FixUse::kNoSigma;
+  if (!believed_) return correct_by_pose(*m, false);
+  if (state_ == FilterState::kLost) return FixUse::kUndecided;
+  if (!believed_->expects(*m)) return FixUse::kUnexpected;
+  return believed_->intersect(*m) ? FixUse::kTaken : FixUse::kNoSigma;
 }
 
 std::optional<PoseEstimate> PoseFilter::estimate() const {

@@ -105,6 +105,11 @@ class PoseHypothesis {
   /// @returns false, with nothing changed, where numbers differ so much in size that rounding leaves no valid
   /// covariance
   [[nodiscard]] bool correct(const Measurement& m);
+  /// Updates by a measured pose whose errors may be those of earlier ones, by covariance intersection of the two poses
+  /// (Julier and Uhlmann 1997): their weights are the ones that make the determinant least. So the pose is never more
+  /// certain than by the better of the two, in any direction by which they are alike.
+  /// @param m has a heading. @returns as correct()
+  [[nodiscard]] bool intersect(const Measurement& m);
   /// Updates by the measurements of a weak fix (least_squares/posterior.h); nothing is changed except for kTaken.
   /// @returns kTaken, kUnexpected, kNotGaussian or kNoSigma
   FixUse correct(const Fix& weak);
@@ -169,6 +174,13 @@ class PoseFilter {
   void predict(double t_s, double left_rad, double right_rad);
   /// Corrects the pose by the fix of the frame whose angles were given to predict() last. @returns how the fix was used
   FixUse correct(const Fix& fix);
+
+  /// Corrects the pose by one that comes from another source, whose errors are correlated in an unknown way over frames
+  /// (PoseHypothesis::intersect). It can start the filter, but not contradict it: one that is not expected is not used,
+  /// and none is while the filter is lost.
+  /// @param covariance of x, y and heading
+  /// @returns kStarted, kTaken, kUnexpected, kNoSigma; kUndecided: the filter is lost
+  FixUse correct_by_second_source(const Pose& pose, const Eigen::Matrix3d& covariance);
 
   [[nodiscard]] FilterState state() const { return state_; }
   /// Returns the estimate; nothing before the first fix.

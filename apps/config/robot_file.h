@@ -135,6 +135,9 @@ struct EstimatorKeys {
   bool bearings = true;                  ///< false: fixes from ranges alone, without heading
   double enough_m = 0.001;               ///< adaptive: refinement stops at this sigma of the position, > 0
   std::optional<double> budget_s{};      ///< adaptive: time for vision and localisation of a frame, > 0; none: no limit
+  /// Of method outline: the walls and obstacles of the map, in the scan of each frame, are a second source of the
+  /// track.
+  bool plan = false;
 
   friend bool operator==(const EstimatorKeys&, const EstimatorKeys&) = default;
 };

@@ -104,6 +104,7 @@ Estimator::Estimator(Method method, const config::Robot& robot, const config::Ma
       clock_s_(std::move(clock_s)),
       wanted_(wanted_of(robot, map)),
       ranging_(make_ranging(method, robot, map, lower_size_, upper_size_, wanted_, belief_errors_.vision)) {
+  if (keys_.plan && method == Method::kOutline) scanner_.emplace(robot, map);
   if (!wanted_.empty()) return;
   wanted_.resize(map.landmarks.size());
   std::iota(wanted_.begin(), wanted_.end(), std::size_t(0));
@@ -148,6 +149,7 @@ Result<FrameAnswer> Estimator::answer(const Image& lower, const Image& upper,
   } else {
     answer = answer_by_outline(std::get<vision::OutlineRanging>(ranging_), *below, *above, motion, begin_s);
   }
+  if (scanner_) answer.scan = scanner_->scan(*below, *above);
   answer.timing.vision_s = thread_time_s() - begin_cpu_s - answer.timing.localisation_s;
   answer.timing.wall_s = clock_s_() - begin_s;
   const bool is_bound = std::holds_alternative<vision::OutlineRanging>(ranging_) && !stage_ && keys_.budget_s;

@@ -11,10 +11,12 @@
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/estimation/method.h"
+#include "apps/estimation/scanner.h"
 #include "base/plane.h"
 #include "base/shared_errors.h"
 #include "hal/image.h"
 #include "localisation/fix.h"
+#include "vision/beam.h"
 #include "vision/outline_ranging.h"
 #include "vision/paper_ranging.h"
 
@@ -34,6 +36,7 @@ struct Timing {
 struct FrameAnswer {
   std::vector<vision::RangeMeasurement> ranges;
   localisation::Fix fix;
+  std::vector<vision::Beam> scan{};  ///< with estimator.plan
   Timing timing{};
 };
 
@@ -85,6 +88,7 @@ class Estimator {
   std::function<double()> clock_s_;
   std::vector<std::size_t> wanted_;
   std::variant<vision::PaperRanging, vision::OutlineRanging> ranging_;
+  std::optional<Scanner> scanner_;
 };
 
 // ---- the steps of an answer

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 
 #include "apps/config/to_layers.h"
 
@@ -27,19 +28,54 @@ TrackAnswer take_alone(const localisation::Fix& fix, const std::optional<double>
   return answer;
 }
 
+/// Standard deviation of a position, m, from which on a pose by the plan is searched for around it.
+constexpr double kVague_m = 0.1;
+
 }  // namespace
+
+std::optional<localisation::PlanFix> place_on_plan(const localisation::FloorPlan& plan,
+                                                   const std::vector<vision::Beam>& beams,
+                                                   const localisation::Pose& expected, bool is_vague) {
+  constexpr double kOff_m = 0.3;
+  constexpr double kOff_rad = 10 * std::numbers::pi / 180;
+  constexpr double kReach_m = 0.2;
+  std::vector<localisation::ScanPoint> points;
+  for (std::size_t k = 0; k < beams.size(); ++k) {
+    if (beams[k].state != vision::BeamState::kOccupied) continue;
+    const double beam_rad = vision::beam_bearing_rad(k, beams.size());
+    points.push_back({beams[k].range_m * Eigen::Vector2d(std::cos(beam_rad), std::sin(beam_rad)), beams[k].sigma_m});
+  }
+  return is_vague ? find_by_plan(plan, points, expected, kOff_m, kOff_rad)
+                  : fix_by_plan(plan, points, expected, kReach_m);
+}
 
 Track::Track(Method method, const config::Robot& robot, const config::Map& map) {
   if (method != Method::kOutline) return;
   filter_.emplace(config::to_wheels(robot), localisation::OdometryNoise{}, config::to_belief_errors(robot, map).wheels);
+  if (!robot.estimator.plan) return;
+  plan_.emplace(
+      Plan{config::to_floor_plan(map), localisation::Odometry(config::to_wheels(robot), config::to_start_pose(robot))});
+}
+
+FixUse Track::follow_plan(const std::vector<vision::Beam>& scan) {
+  const auto estimate = filter_->estimate();
+  const double sigma_m = estimate ? std::sqrt(estimate->covariance.topLeftCorner<2, 2>().trace()) : kVague_m;
+  const auto placed =
+      place_on_plan(plan_->walls, scan, estimate ? estimate->pose : plan_->from_start.pose(), sigma_m >= kVague_m);
+  if (!placed) return FixUse::kNoFix;
+  return filter_->correct_by_second_source(placed->pose, placed->covariance);
 }
 
 TrackAnswer Track::follow(double t_s, double left_rad, double right_rad, double odometry_heading_rad,
-                          const localisation::Fix& fix) {
+                          const localisation::Fix& fix, const std::vector<vision::Beam>& scan) {
   if (!filter_) return take_alone(fix, odometry_heading_rad);
   filter_->predict(t_s, left_rad, right_rad);
   TrackAnswer answer;
   answer.use = filter_->correct(fix);
+  if (plan_) {
+    plan_->from_start.update(left_rad, right_rad);
+    answer.plan_use = follow_plan(scan);
+  }
   answer.state = filter_->state();
   if (const auto estimate = filter_->estimate()) {
     answer.position_m = Eigen::Vector2d(estimate->pose.x_m, estimate->pose.y_m);

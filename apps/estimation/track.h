@@ -14,24 +14,39 @@
 #include "hal/diff_drive.h"
 #include "localisation/fix.h"
 #include "localisation/odometry.h"
+#include "localisation/plan_fix.h"
 #include "localisation/pose_filter.h"
+#include "vision/beam.h"
 
 namespace twocone::estimation {
 
 /// The robot's pose at a frame, computed from all data so far, and the use of the frame's fix.
 struct TrackAnswer {
   localisation::FixUse use = localisation::FixUse::kNoFix;
+  std::optional<localisation::FixUse> plan_use{};    ///< of the pose by the floor plan; with estimator.plan
   std::optional<localisation::FilterState> state{};  ///< empty without a filter
   std::optional<Eigen::Vector2d> position_m{};       ///< world frame
   std::optional<double> heading_rad{};               ///< (-pi, pi]
   std::optional<Eigen::Matrix3d> covariance{};       ///< of (x m, y m, heading rad); empty without a filter
 };
 
+/// Returns the pose at which the ends of the beams lie on the floor plan, or nothing (localisation::fix_by_plan).
+/// @param is_vague whether the expected pose may be 0.3 m and 10 degrees off: the search starts around it then, at 45
+/// places. Otherwise it may be 0.2 m off.
+std::optional<localisation::PlanFix> place_on_plan(const localisation::FloorPlan& plan,
+                                                   const std::vector<vision::Beam>& beams,
+                                                   const localisation::Pose& expected, bool is_vague);
+
 /// Combines the fixes of single frames with the wheel angles, frame by frame.
 ///
 /// Method `outline` uses localisation::PoseFilter. Method `paper` uses the position of the fix with the odometry's
 /// heading, because the paper has no filter. If a fix has two positions, neither is used as the estimate, because it is
 /// unknown which one is right.
+///
+/// With estimator.plan, the pose at which the frame's scan lies on the map's floor plan is used after the fix, as a
+/// second source of PoseFilter: the walls are where they are in all frames, so that its errors do not average away, and
+/// a scan that is matched with the wrong walls looks like a right one, so that landmarks decide where there are any.
+/// Without an estimate, the search starts from the start of the robot file, moved as the wheels turned.
 class Track {
  public:
   /// @throws std::invalid_argument for wheels that the filter rejects
@@ -41,12 +56,20 @@ class Track {
   /// @param t_s time of the frame, later than that of the frame before
   /// @param left_rad, right_rad total angles that the wheels have turned until then
   /// @param odometry_heading_rad heading from the wheels alone
+  /// @param scan with estimator.plan, that of the frame; empty: none
   /// @throws std::invalid_argument as PoseFilter::predict
   TrackAnswer follow(double t_s, double left_rad, double right_rad, double odometry_heading_rad,
-                     const localisation::Fix& fix);
+                     const localisation::Fix& fix, const std::vector<vision::Beam>& scan = {});
 
  private:
+  struct Plan {
+    localisation::FloorPlan walls;
+    localisation::Odometry from_start;
+  };
+  localisation::FixUse follow_plan(const std::vector<vision::Beam>& scan);
+
   std::optional<localisation::PoseFilter> filter_;
+  std::optional<Plan> plan_;
 };
 
 /// Returns the fix alone, for a run without odometry. The answer has no pose if the fix has no position or no heading,

@@ -215,7 +215,7 @@ Expected<FrameReport> Localiser::update(const CapturedFrame& frame) {
   const auto answer = impl_->estimator.answer(*images->first, *images->second);
   if (!answer) return interface::to_failure(answer.error());
   const auto track = impl_->track.follow(taken.t_s, taken.angles.left_rad, taken.angles.right_rad,
-                                         taken.odometry.heading_rad, answer->fix);
+                                         taken.odometry.heading_rad, answer->fix, answer->scan);
   FrameReport report;
   const auto& landmarks = impl_->description.impl_->map.landmarks;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {

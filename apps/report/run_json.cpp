@@ -174,9 +174,9 @@ Json facts_json(const runlog::RunData& run, const runlog::Summary& summary) {
 /// Returns the run's tables that exist, by their paths from the report.
 Json files_json(const runlog::RunData& run) {
   Json files = Json::array();
-  for (const char* name :
-       {"run.yaml", "summary.json", "frames.csv", "drive.csv", "ranges.csv", "sightings.csv", "fixes.csv", "track.csv",
-        "landmarks.csv", "timing.csv", "truth.tum", "odometry.tum", "estimate.tum", "telemetry.jsonl", "run.log"}) {
+  for (const char* name : {"run.yaml", "summary.json", "frames.csv", "drive.csv", "ranges.csv", "sightings.csv",
+                           "fixes.csv", "track.csv", "landmarks.csv", "scan.csv", "plan.csv", "timing.csv", "truth.tum",
+                           "odometry.tum", "estimate.tum", "telemetry.jsonl", "run.log"}) {
     std::error_code ignored;
     if (std::filesystem::exists(run.folder / name, ignored)) files.push_back(name);
   }

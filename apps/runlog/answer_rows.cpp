@@ -4,6 +4,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "vision/scan.h"
+
 namespace twocone::runlog {
 namespace {
 
@@ -87,6 +89,7 @@ TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, c
   row.t_s = t_s;
   row.fix = to_string(fix.verdict);
   row.use = to_string(answer.use);
+  if (answer.plan_use) row.plan = to_string(*answer.plan_use);
   if (answer.state) row.state = to_string(*answer.state);
   if (answer.position_m) {
     row.x_m = answer.position_m->x();
@@ -95,6 +98,37 @@ TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, c
   }
   set_covariance(answer.covariance, true, row);
   return row;
+}
+
+std::vector<ScanRow> to_rows(std::uint64_t frame, double t_s, const std::vector<vision::Beam>& scan) {
+  const auto rounded = [](double value, double per) { return std::round(value * per) / per; };
+  std::vector<ScanRow> rows;
+  rows.reserve(scan.size());
+  for (std::size_t k = 0; k < scan.size(); ++k) {
+    const vision::Beam& beam = scan[k];
+    ScanRow& row = rows.emplace_back(ScanRow{frame,
+                                             t_s,
+                                             rounded(vision::beam_bearing_rad(k, scan.size()), 1e5),
+                                             std::string(to_string(beam.state)),
+                                             {},
+                                             {}});
+    if (beam.state != vision::BeamState::kUnknown) row.range_m = rounded(beam.range_m, 1e4);
+    if (beam.state == vision::BeamState::kOccupied) row.sigma_m = rounded(beam.sigma_m, 1e4);
+  }
+  return rows;
+}
+
+std::map<std::uint64_t, std::vector<vision::Beam>> read_scans(const std::filesystem::path& file) {
+  std::map<std::uint64_t, std::vector<vision::Beam>> scans;
+  TableReader<ScanRow> rows(file);
+  while (const auto row = rows.next()) {
+    vision::Beam& beam = scans[row->frame].emplace_back();
+    if (row->state == to_string(vision::BeamState::kFree)) beam.state = vision::BeamState::kFree;
+    if (row->state == to_string(vision::BeamState::kOccupied)) beam.state = vision::BeamState::kOccupied;
+    beam.range_m = row->range_m.value_or(0);
+    beam.sigma_m = row->sigma_m.value_or(0);
+  }
+  return scans;
 }
 
 AnswerReader::AnswerReader(const std::filesystem::path& run, const std::string& method)

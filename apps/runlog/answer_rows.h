@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "apps/estimation/track.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/tables/tables.h"
+#include "vision/beam.h"
 
 namespace twocone::runlog {
 
@@ -34,6 +36,11 @@ AnswerRows to_rows(std::uint64_t frame, double t_s, const estimation::FrameAnswe
 
 /// Returns a row of track.csv. @param fix the fix from which `answer` was made
 TrackRow to_row(std::uint64_t frame, double t_s, const localisation::Fix& fix, const estimation::TrackAnswer& answer);
+
+/// Returns the rows of scan.csv for the scan of a frame, rounded to 0.1 mm and 1e-5 rad.
+std::vector<ScanRow> to_rows(std::uint64_t frame, double t_s, const std::vector<vision::Beam>& scan);
+/// Returns the scans of a table, frame by frame: state, range and sigma of each beam.
+std::map<std::uint64_t, std::vector<vision::Beam>> read_scans(const std::filesystem::path& file);
 
 /// Reads the answers of a run's method from its tables, frame by frame. One frame is in memory at a time.
 class AnswerReader {

@@ -85,6 +85,9 @@ std::filesystem::path lower_image_file(const std::filesystem::path& run, std::ui
 std::filesystem::path upper_image_file(const std::filesystem::path& run, std::uint64_t frame) {
   return camera_image_file(run, "upper", frame);
 }
+std::filesystem::path cloud_file(const std::filesystem::path& run, std::uint64_t frame) {
+  return run / "clouds" / fmt::format("{:06}.ply", frame);
+}
 std::array<std::filesystem::path, 2> images_of(const RunData& run, std::size_t row) {
   const std::uint64_t frame = run.frames[row].frame;
   return {lower_image_file(run.folder, frame), upper_image_file(run.folder, frame)};

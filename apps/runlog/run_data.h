@@ -158,8 +158,18 @@ struct TrackRow {
   std::optional<double> x_m{}, y_m{}, heading_rad{};
   std::optional<double> var_x_m2{}, cov_xy_m2{}, var_y_m2{};
   std::optional<double> cov_x_heading_m_rad{}, cov_y_heading_m_rad{}, var_heading_rad2{};
-  std::string fix{};  ///< its verdict, as in fixes.csv
-  std::string use{};  ///< localisation::FixUse
+  std::string fix{};   ///< its verdict, as in fixes.csv
+  std::string use{};   ///< localisation::FixUse
+  std::string plan{};  ///< likewise, of the pose by the floor plan; empty without estimator.plan
+};
+
+/// A row of scan.csv: a beam of a frame's scan (vision::Beam). Runs that do not scan have no such file.
+struct ScanRow {
+  std::uint64_t frame = 0;
+  double t_s = 0;
+  double beam_rad = 0;  ///< bearing of its middle, body frame
+  std::string state{};  ///< vision::BeamState
+  std::optional<double> range_m{}, sigma_m{};
 };
 
 /// A row of timing.csv: the time and work for a frame's answer (Timing). Only this table depends on the machine. A
@@ -216,6 +226,8 @@ std::filesystem::path upper_image_file(const std::filesystem::path& run, std::ui
 /// Returns the image file of any camera, by its name in the robot file. Those of the pair are `lower` and `upper`.
 std::filesystem::path camera_image_file(const std::filesystem::path& run, const std::string& camera,
                                         std::uint64_t frame);
+/// Returns the file of a frame's point cloud (`twocone scan --clouds`).
+std::filesystem::path cloud_file(const std::filesystem::path& run, std::uint64_t frame);
 /// Returns the files of a frame's images, lower and upper. @param row of the frame in `run.frames`
 std::array<std::filesystem::path, 2> images_of(const RunData& run, std::size_t row);
 

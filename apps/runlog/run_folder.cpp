@@ -85,6 +85,8 @@ void RunFolder::add(const FrameRecord& record, const Image& lower, const Image& 
   drive_.add(to_line(record.drive));
   answers_.add(record.answer);
   if (record.truth) truth_.add(to_line(*record.truth));
+  if (!record.scan.empty() && !scans_) scans_ = table<ScanRow>(folder_ / "scan.csv", old_);
+  for (const ScanRow& row : to_rows(record.frame.frame, record.frame.t_s, record.scan)) scans_->add(to_line(row));
   odometry_.add(to_line(record.odometry));
   frames_.add(to_line(record.frame), Equal::kButLastField);  // the last field is from the machine's clock
   new_.keep();

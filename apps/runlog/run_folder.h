@@ -28,6 +28,7 @@ struct FrameRecord {
   std::optional<PoseRow> truth;
   PoseRow odometry;
   AnswerRows answer;
+  std::vector<vision::Beam> scan{};  ///< of a run that scans
 };
 
 /// What the pixels of a camera's image show (run --truth).
@@ -81,6 +82,7 @@ class RunFolder {
   OldLines old_;
   NewFolder new_;
   LineFile frames_, drive_, truth_, odometry_;
+  std::optional<LineFile> scans_;
   AnswerTables answers_;
 };
 

@@ -78,6 +78,7 @@ Result<runlog::RunData> localise(const fs::path& folder, estimation::Method meth
     const auto pair = read_pair(folder, frame.frame, options.allow_missing);
     if (!pair) return pair.error();
     localisation::Fix fix;
+    std::vector<vision::Beam> scan;
     is_any_read = is_any_read || *pair;
     if (*pair) {
       const auto answer = estimator.answer((*pair)->lower, (*pair)->upper,
@@ -87,13 +88,14 @@ Result<runlog::RunData> localise(const fs::path& folder, estimation::Method meth
       answers.back().timing = runlog::to_row(frame.frame, frame.t_s, answer->timing,
                                              estimation::time_limit_of(method, run.robot).has_value());
       fix = answer->fix;
+      scan = answer->scan;
     } else {
       answers.push_back(no_image_rows(frame, run.map, truth));
     }
     const runlog::DriveRow* const drive = runlog::has_odometry(run) ? &run.drive[i] : nullptr;
     answers.back().track = runlog::to_row(
         frame.frame, frame.t_s, fix,
-        drive ? track.follow(drive->t_s, drive->left_rad, drive->right_rad, run.odometry[i].heading_rad, fix)
+        drive ? track.follow(drive->t_s, drive->left_rad, drive->right_rad, run.odometry[i].heading_rad, fix, scan)
               : estimation::track_without_wheels(fix));
     progress(double(i + 1) / double(run.frames.size()));
   }

@@ -14,13 +14,13 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/estimation/scanner.h"
 #include "apps/runlog/storage/locked_folder.h"
 #include "apps/runlog/tables/truth_files.h"
 #include "apps/runs/loop/frame_answers.h"
 #include "apps/runs/loop/frame_taker.h"
 #include "apps/runs/loop/real_time.h"
 #include "apps/runs/loop/run_record.h"
-#include "apps/runs/loop/scanner.h"
 #include "apps/runs/loop/start_check.h"
 #include "apps/runs/loop/steering.h"
 #include "apps/runs/loop/truth_collector.h"
@@ -300,7 +300,9 @@ class Loop {
       if (const auto pose = runlog::pose_of(*record.answer.track)) {
         answer.estimate = Pose2{pose->x_m, pose->y_m, pose->heading_rad};
       }
-      answer.scan = scanner_->scan(*lower, *upper);
+      answer.scan = record.scan = answers_.scan().empty() ? scanner_->scan(*lower, *upper) : answers_.scan();
+    } else {
+      record.scan = answers_.scan();
     }
     answers_ahead_.push_back(std::move(answer));
     const double arrived_s = record.frame.host_t_s.value_or(0) - clock_before_s_;
@@ -417,7 +419,7 @@ class Loop {
   RunRecord record_;
   Steering steering_;
   FrameAnswers answers_;
-  std::optional<Scanner> scanner_;
+  std::optional<estimation::Scanner> scanner_;
   std::optional<StartCheck> start_check_;
   RealTime real_time_{RealTime::Milliseconds(1e3 / robot_.lower.settings.rate_hz)};
   TruthCollector truth_;

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +14,8 @@
 #include <opencv2/core.hpp>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/track.h"
+#include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/storage/disk.h"
 #include "apps/runlog/storage/image_file.h"
@@ -28,20 +29,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kClouds = "clouds";
-
 void add_rows(std::string& text, const runlog::FrameRow& frame, const std::vector<vision::Beam>& beams,
               ScanCounts& counts) {
-  for (std::size_t k = 0; k < beams.size(); ++k) {
-    const vision::Beam& beam = beams[k];
+  for (const vision::Beam& beam : beams) {
     const bool is_known = beam.state != vision::BeamState::kUnknown;
-    const bool is_occupied = beam.state == vision::BeamState::kOccupied;
-    ++(is_occupied ? counts.occupied : is_known ? counts.free : counts.unknown);
-    fmt::format_to(std::back_inserter(text), "{},{},{:.5f},{},{},{}\n", frame.frame, frame.t_s,
-                   vision::beam_bearing_rad(k, beams.size()), to_string(beam.state),
-                   is_known ? fmt::format("{:.4f}", beam.range_m) : "",
-                   is_occupied ? fmt::format("{:.4f}", beam.sigma_m) : "");
+    ++(beam.state == vision::BeamState::kOccupied ? counts.occupied : is_known ? counts.free : counts.unknown);
   }
+  for (const runlog::ScanRow& row : runlog::to_rows(frame.frame, frame.t_s, beams)) text += to_line(row) + '\n';
 }
 
 /// Appends a float in the byte order of little-endian files.
@@ -70,25 +64,16 @@ std::string cloud_of(const vision::RangeImage& image, const std::optional<runlog
 /// Places frames on the map's floor plan, one after the other.
 class PlanTrack {
  public:
-  explicit PlanTrack(const runlog::RunData& run)
+  PlanTrack(const runlog::RunData& run, int every)
       : run_(run),
+        every_(every),
         plan_(config::to_floor_plan(run.map)),
         start_(config::to_start_pose(run.robot)),
         truths_(runlog::at_frames(run, run.truth)) {}
 
   void add(std::size_t row, const std::vector<vision::Beam>& beams) {
-    std::vector<localisation::ScanPoint> points;
-    for (std::size_t k = 0; k < beams.size(); ++k) {
-      if (beams[k].state != vision::BeamState::kOccupied) continue;
-      const double beam_rad = vision::beam_bearing_rad(k, beams.size());
-      points.push_back({beams[k].range_m * Eigen::Vector2d(std::cos(beam_rad), std::sin(beam_rad)), beams[k].sigma_m});
-    }
-    constexpr double kOff_m = 0.3;  // of the start, and of a pose by the wheels after frames that were not placed
-    constexpr double kOff_rad = 10 * std::numbers::pi / 180;
-    constexpr double kReach_m = 0.2;
-    const Pose2 expected = expected_at(row);
-    const auto fix = last_row_ && *last_row_ + 1 == row ? fix_by_plan(plan_, points, expected, kReach_m)
-                                                        : find_by_plan(plan_, points, expected, kOff_m, kOff_rad);
+    const bool is_vague = !last_row_ || *last_row_ + std::size_t(every_) != row;
+    const auto fix = estimation::place_on_plan(plan_, beams, expected_at(row), is_vague);
     if (!fix) return;
     last_row_ = row;
     last_ = fix->pose;
@@ -135,6 +120,7 @@ class PlanTrack {
   }
 
   const runlog::RunData& run_;
+  int every_;  ///< such frame is added
   localisation::FloorPlan plan_;
   Pose2 start_;
   std::vector<std::optional<runlog::PoseRow>> truths_;
@@ -164,9 +150,9 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
   const auto poses = runlog::at_frames(run, run.estimate);
   ScanCounts counts;
   std::optional<PlanTrack> plan;
-  if (options.plan) plan.emplace(run);
-  std::string text = "frame,t_s,beam_rad,state,range_m,sigma_m\n";
-  const fs::path clouds = folder / kClouds;
+  if (options.plan) plan.emplace(run, options.every);
+  std::string text = runlog::TableReader<runlog::ScanRow>::header() + '\n';
+  const fs::path clouds = runlog::cloud_file(folder, 0).parent_path();
   const fs::path new_clouds = folder / "clouds.new";
   if (options.clouds) {
     runlog::remove_whole(new_clouds);
@@ -192,7 +178,8 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
     if (plan) plan->add(row, beams);
     counts.points += cv::countNonZero(image.verdict == static_cast<int>(vision::DenseVerdict::kOk));
     if (options.clouds) {
-      runlog::write_whole(new_clouds / fmt::format("{:06}.ply", run.frames[row].frame), cloud_of(image, poses[row]));
+      runlog::write_whole(new_clouds / runlog::cloud_file(folder, run.frames[row].frame).filename(),
+                          cloud_of(image, poses[row]));
       ++counts.clouds;
     }
     ++counts.frames;

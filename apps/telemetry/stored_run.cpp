@@ -11,6 +11,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/estimation/image_as_mat.h"
 #include "apps/estimation/mapping.h"
+#include "apps/runlog/answer_rows.h"
 #include "apps/runlog/storage/image_file.h"
 #include "apps/runlog/tables/tables.h"
 #include "apps/telemetry/telemetry.h"
@@ -64,6 +65,7 @@ StoredRun::StoredRun(const runlog::RunData& run) : run_(&run) { index(); }
 
 void StoredRun::index() {
   landmarks_ = runlog::read_table<runlog::LandmarkRow>(run_->folder / "landmarks.csv");
+  scans_ = runlog::read_scans(run_->folder / "scan.csv");
   truth_ = runlog::at_frames(*run_, run_->truth);
   odometry_ = runlog::at_frames(*run_, run_->odometry);
   lines_.emplace(run_->robot, run_->info.maps ? estimation::without_landmarks(run_->map) : run_->map);
@@ -93,6 +95,7 @@ runlog::FrameRecord StoredRun::record(std::size_t row) const {
   record.answer.landmarks = rows_at(landmarks_, frame);
   record.answer.timing = row_at(run_->timing, frame);
   record.answer.track = row_at(run_->track, frame);
+  if (const auto scan = scans_.find(frame); scan != scans_.end()) record.scan = scan->second;
   return record;
 }
 

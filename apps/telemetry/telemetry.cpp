@@ -11,6 +11,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/tables/tables.h"
+#include "vision/scan.h"
 #include "vision/srgb.h"
 
 namespace twocone::telemetry {
@@ -183,6 +184,21 @@ Json Lines::run(const std::string& name, const runlog::RunInfo& info, const Sens
   return json;
 }
 
+namespace {
+
+Json scan_of(const std::vector<vision::Beam>& scan) {
+  Json ranges_m = Json::array();
+  std::string states;
+  for (const vision::Beam& beam : scan) {
+    states += to_string(beam.state).front();
+    ranges_m.push_back(beam.state == vision::BeamState::kUnknown ? Json()
+                                                                 : Json(std::round(1000 * beam.range_m) / 1000));
+  }
+  return {{"states", states}, {"ranges_m", std::move(ranges_m)}};
+}
+
+}  // namespace
+
 Json Lines::frame(const runlog::FrameRecord& record) const {
   Json json{{"type", "frame"}};
   json.update(runlog::to_object(record.frame));
@@ -196,6 +212,7 @@ Json Lines::frame(const runlog::FrameRecord& record) const {
   json["sightings"] = rows_of(answer.sightings);
   if (!answer.landmarks.empty()) json["landmarks"] = rows_of(answer.landmarks);
   if (answer.timing) json["timing"] = row_of(*answer.timing);
+  if (!record.scan.empty()) json["scan"] = scan_of(record.scan);
   if (!rig_) return json;
   Json outlines = Json::array();
   for (const runlog::RangeRow& range : answer.ranges) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
+#include "vision/beam.h"
 #include "vision/mirror_view.h"
 
 /// The lines of docs/telemetry.md.
@@ -87,6 +90,7 @@ class StoredRun {
   std::optional<runlog::RunData> own_;
   const runlog::RunData* run_;
   std::vector<runlog::LandmarkRow> landmarks_;
+  std::map<std::uint64_t, std::vector<vision::Beam>> scans_;  ///< by frame
   std::vector<std::optional<runlog::PoseRow>> truth_, odometry_;
   std::optional<Lines> lines_;
 };

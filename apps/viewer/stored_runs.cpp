@@ -47,6 +47,21 @@ std::optional<std::size_t> number_of(const web::Query& query, const char* key) {
   return number;
 }
 
+/// Returns the frames of which a run has a point cloud, in rising order.
+Json clouds_of(const fs::path& folder) {
+  std::vector<std::size_t> frames;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(runlog::cloud_file(folder, 0).parent_path(), none)) {
+    std::size_t frame = 0;
+    const std::string name = entry.path().stem().string();
+    const auto digits = name.find_first_not_of('0');
+    if (entry.path().extension() != ".ply") continue;
+    if (runlog::parse_field(digits == std::string::npos ? "0" : name.substr(digits), frame)) frames.push_back(frame);
+  }
+  std::ranges::sort(frames);
+  return frames;
+}
+
 /// Returns the most important results of a run. What its summary does not have is left out.
 Json results_of(const fs::path& folder) {
   Json row{{"name", folder.filename().string()}};
@@ -137,6 +152,7 @@ std::optional<web::Answer> StoredRuns::get(std::string_view path, const web::Que
         std::min({number_of(query, "count").value_or(kMostFrames), kMostFrames, stored.size() - from});
     Json first = stored.run();
     first["frames_stored"] = stored.size();
+    if (const Json clouds = clouds_of(folders_[*number]); !clouds.empty()) first["clouds"] = clouds;
     std::string lines = text_of(first) + '\n';
     for (std::size_t row = from; row < from + count; ++row) {
       lines += text_of(stored.frame(row)) + '\n';
@@ -144,15 +160,22 @@ std::optional<web::Answer> StoredRuns::get(std::string_view path, const web::Que
     return web::Answer{"application/x-ndjson", std::move(lines)};
   }
   const auto frame = number_of(query, "frame");
+  if (!frame) return std::nullopt;
+  if (path == "/cloud")
+    return file_of(*number, runlog::cloud_file(folders_[*number], *frame), "application/octet-stream");
   const auto view = query.find("view");
-  if (path != "/image" || !frame || view == query.end()) return std::nullopt;
+  if (path != "/image" || view == query.end()) return std::nullopt;
   if (view->second != "lower" && view->second != "upper") return std::nullopt;
-  const fs::path file = runlog::camera_image_file(folders_[*number], view->second, *frame);
+  return file_of(*number, runlog::camera_image_file(folders_[*number], view->second, *frame), "image/png");
+}
+
+std::optional<web::Answer> StoredRuns::file_of(std::size_t number, const fs::path& file, const char* type) const {
   std::error_code missing;
   if (!fs::is_regular_file(file, missing)) return std::nullopt;
-  // A run folder of somebody else may hold links to files that are no images of it.
-  if (fs::canonical(file).parent_path() != fs::canonical(folders_[*number]) / view->second) return std::nullopt;
-  return web::Answer{"image/png", config::read_text(file)};
+  // A run folder of somebody else may hold links to files that are none of it.
+  const fs::path folder = fs::canonical(folders_[number]) / file.parent_path().filename();
+  if (fs::canonical(file).parent_path() != folder) return std::nullopt;
+  return web::Answer{type, config::read_text(file)};
 }
 
 }  // namespace twocone::viewer

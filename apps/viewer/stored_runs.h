@@ -26,6 +26,7 @@ std::vector<std::filesystem::path> find_runs(const std::vector<std::filesystem::
 ///     GET /runs                                    a list of objects, the runs with their most important results
 ///     GET /telemetry?run=0&from=0&count=450        JSON lines (docs/telemetry.md): `run`, then frames by their row
 ///     GET /image?run=0&view=lower&frame=12         the PNG file of the run folder
+///     GET /cloud?run=0&frame=12                    its PLY file, of a frame that `clouds` in `run` lists
 class StoredRuns final : private web::Site {
  public:
   static constexpr std::size_t kMostFrames = 450;  ///< of one request
@@ -40,6 +41,9 @@ class StoredRuns final : private web::Site {
  private:
   std::optional<web::Answer> get(std::string_view path, const web::Query& query) override;
   [[nodiscard]] std::string list() const;
+  /// Returns a file of a run, unless it is elsewhere.
+  [[nodiscard]] std::optional<web::Answer> file_of(std::size_t number, const std::filesystem::path& file,
+                                                   const char* type) const;
   [[nodiscard]] const telemetry::StoredRun& run(std::size_t number);
 
   std::vector<std::filesystem::path> folders_;

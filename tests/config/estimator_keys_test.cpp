@@ -58,10 +58,10 @@ TEST_P(BadEstimator, IsRefusedInTheseWords) {
 const BadKeys kBadEstimatorKeys[] = {
     {"Unknown", "  stages: fine",
      "robot.yaml:57: estimator.stages is unknown, did you mean stage? (known here: method, stage, landmarks, "
-     "bearings, enough_m, budget_s)"},
+     "bearings, enough_m, budget_s, plan)"},
     {"UnitForgotten", "  stage: adaptive\n  budget: 0.02",
      "robot.yaml:58: estimator.budget is unknown, did you mean budget_s? (known here: method, stage, "
-     "landmarks, bearings, enough_m, budget_s)"},
+     "landmarks, bearings, enough_m, budget_s, plan)"},
     {"NoMapping", "  fast", "robot.yaml:56: estimator is 'fast', must be a mapping"},
     {"UnknownMethod", "  method: fast", "robot.yaml:57: estimator.method is 'fast', must be paper or outline"},
     {"EmptyMethod", "  method: ''", "robot.yaml:57: estimator.method is '', must be text that is not empty"},

@@ -2,13 +2,19 @@
 #include "apps/estimation/track.h"
 #include "apps/runlog/answer_rows.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
+
+#include <Eigen/Dense>
 
 #include <gtest/gtest.h>
 
 namespace twocone::estimation {
 namespace {
+
+using localisation::FixUse;
 
 config::Robot robot() {
   config::Robot robot;
@@ -23,6 +29,13 @@ localisation::Fix fix_at(double x_m, double y_m, double heading_rad) {
   fix.position_m = Eigen::Vector2d(x_m, y_m);
   fix.heading_rad = heading_rad;
   fix.covariance = Eigen::Vector3d(1e-6, 1e-6, 1e-8).asDiagonal();
+  return fix;
+}
+
+/// A fix at another place, with degrees of freedom of its own.
+localisation::Fix carried_fix() {
+  localisation::Fix fix = fix_at(1, 0.5, 0);
+  fix.degrees_of_freedom = 3;
   return fix;
 }
 
@@ -90,6 +103,85 @@ TEST(Track, AFixOutsideTheBoundsIsNotFollowed) {
     EXPECT_NEAR(*row.x_m, 1.5, 1e-9);
   }
   EXPECT_FALSE(runlog::pose_of(track_row(7, 0.7, outside))) << "nor without a filter";
+}
+
+// ---- the floor plan
+
+config::Robot robot_with_plan(const Pose2& start) {
+  config::Robot with = robot();
+  with.start = start;
+  with.estimator.plan = true;
+  return with;
+}
+
+/// A room of 4 m by 3 m with a chest in it.
+config::Map room() {
+  config::Map map;
+  map.bounds = {-2, 2, -1.5, 1.5};
+  map.obstacles.emplace_back(config::Polygon{{-2, 1}, {-1, 1}, {-1, 1.5}, {-2, 1.5}});
+  return map;
+}
+
+/// Returns what a scan shows of the room from a pose: the nearest edge in the direction of each beam.
+std::vector<vision::Beam> scan_of_room(const localisation::Pose& pose) {
+  const localisation::FloorPlan plan = config::to_floor_plan(room());
+  std::vector<vision::Beam> beams(360);
+  for (std::size_t k = 0; k < beams.size(); ++k) {
+    const double world_rad = pose.heading_rad + vision::beam_bearing_rad(k, beams.size());
+    const Eigen::Vector2d along(std::cos(world_rad), std::sin(world_rad));
+    double nearest_m = 100;
+    for (const auto& edge : plan.edges) {
+      Eigen::Matrix2d basis;
+      basis << along, edge.from_m - edge.to_m;
+      const Eigen::Vector2d met = basis.inverse() * (edge.from_m - Eigen::Vector2d(pose.x_m, pose.y_m));
+      if (met.allFinite() && met.x() > 0 && met.y() >= 0 && met.y() <= 1) nearest_m = std::min(nearest_m, met.x());
+    }
+    beams[k].state = vision::BeamState::kOccupied;
+    beams[k].range_m = nearest_m;
+    beams[k].sigma_m = 0.01;
+  }
+  return beams;
+}
+
+TEST(Track, AFloorPlanPlacesARobotWithoutLandmarks) {
+  // The robot is not where its file says, by as much as may be.
+  Track track(Method::kOutline, robot_with_plan({0.2, -0.3, 0.1}), room());
+  const localisation::Pose truth{0.4, -0.1, 0.25};
+  const TrackAnswer first = track.follow(0, 0, 0, 0, {}, scan_of_room(truth));
+  EXPECT_EQ(first.plan_use, FixUse::kStarted);
+  EXPECT_EQ(first.use, FixUse::kNoFix);
+  ASSERT_TRUE(first.position_m);
+  EXPECT_NEAR((*first.position_m - Eigen::Vector2d(truth.x_m, truth.y_m)).norm(), 0, 1e-3);
+  EXPECT_NEAR(*first.heading_rad, truth.heading_rad, 1e-3);
+  // It goes 0.2 m on.
+  const localisation::Pose then{0.4 + 0.2 * std::cos(0.25), -0.1 + 0.2 * std::sin(0.25), 0.25};
+  const TrackAnswer second = track.follow(1, 4, 4, 0, {}, scan_of_room(then));
+  EXPECT_EQ(second.plan_use, FixUse::kTaken);
+  EXPECT_NEAR((*second.position_m - Eigen::Vector2d(then.x_m, then.y_m)).norm(), 0, 2e-3);
+}
+
+// Catches a plan whose errors average away over frames: the walls are where they are in all of them.
+TEST(Track, APlansErrorsDoNotAverageAway) {
+  Track track(Method::kOutline, robot_with_plan({0, 0, 0}), room());
+  const auto scan = scan_of_room({0, 0, 0});
+  const double first_m2 = (*track.follow(0, 0, 0, 0, {}, scan).covariance)(0, 0);
+  double last_m2 = 0;
+  for (int i = 1; i < 100; ++i) last_m2 = (*track.follow(0.1 * i, 0, 0, 0, {}, scan).covariance)(0, 0);
+  EXPECT_NEAR(last_m2, first_m2, 0.01 * first_m2);
+}
+
+TEST(Track, APlanYieldsToLandmarks) {
+  Track track(Method::kOutline, robot_with_plan({0, 0, 0}), room());
+  ASSERT_EQ(track.follow(0, 0, 0, 0, fix_at(0, 0, 0), scan_of_room({0, 0, 0})).plan_use, FixUse::kTaken);
+  // A scan that shows the robot 0.15 m beside the landmarks' pose is matched with the wrong walls.
+  const TrackAnswer beside = track.follow(0.1, 0, 0, 0, fix_at(0, 0, 0), scan_of_room({0.15, 0, 0}));
+  EXPECT_EQ(beside.plan_use, FixUse::kUnexpected);
+  EXPECT_NEAR(beside.position_m->x(), 0, 1e-3);
+  // A carried robot is found by its landmarks, although the plan agrees with the place before.
+  TrackAnswer carried;
+  for (int i = 2; i < 6; ++i) carried = track.follow(0.1 * i, 0, 0, 0, carried_fix(), scan_of_room({0, 0, 0}));
+  EXPECT_NEAR(carried.position_m->x(), 1, 1e-3);
+  EXPECT_EQ(Track(Method::kOutline, robot(), room()).follow(0, 0, 0, 0, {}, scan_of_room({})).plan_use, std::nullopt);
 }
 
 TEST(Track, WithoutWheelsIsTheFixAlone) {

@@ -40,4 +40,26 @@ refused accuracy "--sigma-m 0.0044" --sigma-m 0.004
 refused height "--greatest-height-m 0.405" --greatest-height-m 0.4
 refused band "--lowest-deg -0.9 --highest-deg 20" --lowest-deg -30 --highest-deg 20
 refused camera "--greatest-radius-m 0.172 --camera-deg 120 --lowest-deg -20 --highest-deg 5" --camera-deg 120 --lowest-deg -20 --highest-deg 5
+# The profile for the lathe, in a CAD program: it prints the drawing, and the longest line of the page is the mirror. Its slope is
+# that of the file.
+printed() {
+  (cd "$work/usual" && QT_QPA_PLATFORM=offscreen XDG_RUNTIME_DIR=/tmp timeout 60 librecad dxf2pdf -a -k design.dxf) && python3 - "$work/usual/design" <<'PYTHON'
+import math, re, sys, zlib
+page = open(sys.argv[1] + ".pdf", "rb").read()
+text = "".join(zlib.decompress(part).decode("latin1") for part in re.findall(rb"stream\r?\n(.*?)endstream", page, re.S) if part[:1] == b"x")
+lines = [list(map(float, line)) for line in re.findall(r"(\S+) (\S+) m\n(\S+) (\S+) l\nS", text)]
+groups = open(sys.argv[1] + ".dxf").read().split("\n")
+mirror = groups.index("MIRROR")
+to = {groups[i].strip(): float(groups[i + 1]) for i in range(mirror + 1, mirror + 13, 2)}
+x0, y0, x1, y1 = max(lines, key=lambda line: math.dist(line[:2], line[2:]))
+print(f"{len(lines)} lines; {abs((y1 - y0) / (x1 - x0)):.4f} printed, {to['21'] / to['11']:.4f} in the file")
+PYTHON
+}
+if command -v librecad >/dev/null; then
+  step printed printed
+  row "design.dxf printed by $(dpkg-query -W -f '${Package} ${Version}' librecad): slope of the mirror" "$(log printed | tail -n 1)" "equal to 1e-3" \
+    "$(holds "$(log printed | sed -n 's/.*; \([0-9.]*\) printed, \([0-9.]*\) .*/(\1 - \2)^2 < 1e-6/p')")"
+else
+  row "design.dxf in a CAD program" "librecad is not installed" "printed" no
+fi
 page "designed rigs"

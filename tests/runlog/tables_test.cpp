@@ -50,9 +50,10 @@ TEST(Tables, HeadersAreThoseOfTheDesign) {
       "own_var_x_m2,own_cov_xy_m2,own_var_y_m2,own_var_heading_rad2");
   EXPECT_EQ(TableReader<TrackRow>::header(),
             "frame,t_s,state,x_m,y_m,heading_rad,var_x_m2,cov_xy_m2,var_y_m2,cov_x_heading_m_rad,cov_y_heading_m_rad,"
-            "var_heading_rad2,fix,use");
+            "var_heading_rad2,fix,use,plan");
   EXPECT_EQ(TableReader<SightingRow>::header(),
             "frame,t_s,landmark,view,column_px,row_px,var_column_px2,cov_px2,var_row_px2,edge_noise_px");
+  EXPECT_EQ(TableReader<ScanRow>::header(), "frame,t_s,beam_rad,state,range_m,sigma_m");
   EXPECT_EQ(TableReader<TimingRow>::header(), "frame,t_s,vision_s,localisation_s,wall_s,refined,verdict");
 }
 
@@ -126,17 +127,25 @@ TEST(Tables, TheTrackIsReadAsItWasWritten) {
   row.var_heading_rad2 = 5e-7;
   row.fix = "weak";
   row.use = "taken";
+  row.plan = "unexpected";
   const TrackRow nothing{.frame = 8, .t_s = 0.6, .state = "lost", .fix = "too_few", .use = "no_fix"};
-  EXPECT_EQ(to_line(nothing), "8,0.6,lost,,,,,,,,,,too_few,no_fix");
+  EXPECT_EQ(to_line(nothing), "8,0.6,lost,,,,,,,,,,too_few,no_fix,");
   const auto rows = read_table<TrackRow>(folder.write(
       "track.csv", TableReader<TrackRow>::header() + '\n' + to_line(row) + '\n' + to_line(nothing) + '\n'));
   ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(to_line(rows[0]), "7,0.5,tracking,1.5,-0.5,0.1,1e-06,-1e-07,2e-06,3e-08,-4e-08,5e-07,weak,taken");
+  EXPECT_EQ(to_line(rows[0]),
+            "7,0.5,tracking,1.5,-0.5,0.1,1e-06,-1e-07,2e-06,3e-08,-4e-08,5e-07,weak,taken,unexpected");
   EXPECT_EQ(to_line(rows[1]), to_line(nothing));
   EXPECT_EQ(pose_of(rows[0])->y_m, -0.5);
   EXPECT_FALSE(pose_of(rows[1]));
   row.heading_rad = 0.1 + 3e-10;
   EXPECT_EQ(to_line(row), to_line(rows[0])) << "kept to 1e-9 rad";
+  std::string before_plans = TableReader<TrackRow>::header();
+  before_plans.erase(before_plans.rfind(','));
+  const auto older =
+      read_table<TrackRow>(folder.write("older.csv", before_plans + "\n8,0.6,lost,,,,,,,,,,too_few,no_fix\n"));
+  ASSERT_EQ(older.size(), 1U);
+  EXPECT_EQ(to_line(older[0]), to_line(nothing));
 }
 
 TEST(Tables, FieldsThatDoNotApplyAreEmptyNeverZero) {

@@ -125,6 +125,24 @@ TEST_F(ScanOfARun, PlacesFramesByTheFloorPlanWithoutLandmarks) {
   EXPECT_EQ(config::read_text(run / "run.yaml"), yaml);
 }
 
+// Catches a run that scans for its track and does not store what it saw, or stores other beams than `scan` finds.
+TEST_F(ScanOfARun, ARunThatScansHasTheSameTable) {
+  config::Robot robot = config::read_robot(fs::path(TWOCONE_SOURCE_DIR) / "robots/scout_sim.yaml");
+  robot.estimator.plan = true;
+  runs::RunOptions options;
+  options.frames = kFrames;
+  options.out = own_.path() / "scanned";
+  options.renderer = sim_povray::RendererKind::kNative;
+  const std::atomic<bool> never = false;
+  const auto driven = runs::run(
+      robot, config::read_map(robot.map), options, [](double) {}, never);
+  ASSERT_TRUE(driven) << driven.error().message;
+  for (const runlog::TrackRow& row : runlog::read_run(options.out).track) EXPECT_EQ(row.plan, "taken");
+  const std::string stored = config::read_text(scan_file(options.out));
+  ASSERT_TRUE(scan(options.out, {}));
+  EXPECT_EQ(config::read_text(scan_file(options.out)), stored);
+}
+
 TEST_F(ScanOfARun, CloudsHoldThePointsThatTheirHeadersCount) {
   const fs::path run = copy();
   const auto counts = scan(run, {.every = 2, .clouds = true});

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/runlog/answer_rows.h"
+#include "apps/runlog/storage/disk.h"
 #include "tests/report/synthetic_run.h"
 
 namespace twocone::telemetry {
@@ -55,6 +57,23 @@ TEST(Telemetry, ALineHasTheRowsOfItsFrame) {
     EXPECT_THAT(bad_values(line), testing::IsEmpty());
   }
   EXPECT_EQ(stored.frame(3)["fixes"][0]["outliers"][0], run.map.landmarks[2].name);
+}
+
+TEST(Telemetry, ALineHasTheScanOfItsFrame) {
+  const ScratchFolder folder;
+  const runlog::RunData run = synthetic_run(folder.path(), kFrames);
+  const std::vector<vision::Beam> scan{
+      {vision::BeamState::kOccupied, 1.23456, 0.0123, 0.4, 0}, {}, {vision::BeamState::kFree, 2.5, 0, 0, 0}};
+  std::string table = runlog::TableReader<runlog::ScanRow>::header() + '\n';
+  for (const runlog::ScanRow& row : runlog::to_rows(run.frames[1].frame, run.frames[1].t_s, scan)) {
+    table += to_line(row) + '\n';
+  }
+  EXPECT_THAT(table, testing::HasSubstr(",-2.0944,occupied,1.2346,0.0123\n"));
+  EXPECT_THAT(table, testing::HasSubstr(",0,unknown,,\n"));
+  runlog::write_whole(run.folder / "scan.csv", table);
+  const StoredRun stored(run);
+  EXPECT_EQ(stored.frame(1)["scan"], Json({{"states", "ouf"}, {"ranges_m", {1.235, nullptr, 2.5}}}));
+  EXPECT_FALSE(stored.frame(0).contains("scan"));
 }
 
 TEST(Telemetry, TheFirstLineDescribesRobotMapAndViews) {

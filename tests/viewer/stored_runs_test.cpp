@@ -97,6 +97,27 @@ TEST_F(StoredRunsTest, SendsImagesOfTheRunOnly) {
   }
 }
 
+TEST_F(StoredRunsTest, ListsAndSendsPointClouds) {
+  const auto first_of = [&](int run) {
+    const std::string body = get("/telemetry?count=1&run=" + std::to_string(run)).body;
+    return json::parse(body.substr(0, body.find('\n')));
+  };
+  const auto clouds = folder_.path() / "runs/a/clouds";
+  std::filesystem::create_directory(clouds);
+  for (const char* const name : {"000002.ply", "000000.ply", "notes.txt", "other.ply"}) {
+    std::ofstream(clouds / name) << "content of " << name;
+  }
+  EXPECT_EQ(first_of(0)["clouds"], json({0, 2}));
+  EXPECT_FALSE(first_of(1).contains("clouds"));
+  EXPECT_EQ(get("/cloud?run=0&frame=2").body, "content of 000002.ply");
+  std::ofstream(folder_.path() / "secret") << "secret";
+  std::filesystem::create_symlink(folder_.path() / "secret", clouds / "000003.ply");
+  for (const char* const target : {"/cloud?run=0&frame=1", "/cloud?run=0&frame=3", "/cloud?run=1&frame=0",
+                                   "/cloud?run=0", "/cloud?run=0&frame=x"}) {
+    EXPECT_EQ(get(target).status, 404) << target;
+  }
+}
+
 TEST_F(StoredRunsTest, FindsRunsBelowAFolderAndNothingElse) {
   EXPECT_EQ(find_runs({folder_.path() / "runs/b", folder_.path()}).size(), 3U);
   std::filesystem::create_directory(folder_.path() / "empty");

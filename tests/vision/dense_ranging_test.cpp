@@ -233,9 +233,9 @@ TEST(DenseRanging, KnowsTiltsOffsetsAndLenses) {
     on_wall += off.minCoeff() < 0.03 || is_by_box ? 1 : 0;
   }
   EXPECT_GE(ranged, 20000);
-  EXPECT_GE(double(held) / ranged, 0.9);
-  EXPECT_GE(certain, 20000);
-  EXPECT_GE(double(on_wall) / certain, 0.92);
+  EXPECT_GE(double(held) / ranged, 0.94);
+  EXPECT_GE(certain, 10000);
+  EXPECT_GE(double(on_wall) / certain, 0.94);
 }
 
 // Catches a sigma that counts noise alone: a robot whose upper unit is tilted by 0.3 degrees more than it believes.

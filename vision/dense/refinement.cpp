@@ -7,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include <opencv2/imgproc.hpp>
+
 #include "vision/dense/panorama.h"
 #include "vision/dense/row_kernels.h"
 
@@ -31,6 +33,11 @@ constexpr float kGainSigma = 0.3F;
 constexpr float kGradientNoise = 0.5F;
 // Error of a disparity by interpolation, blur and what windows mix.
 constexpr float kFloor_px = 0.05F;
+// The two views show a pixel's azimuth alike to so many pixels of the image: interpolation makes stairs of edges that
+// are nearly along the radius, and they seem to have texture.
+constexpr float kAcross_px = 0.35F;
+// Where the gradient across is less than twice that along the radius, this matters little.
+constexpr float kIsotropic = 4;
 // Residuals that are no noise are alike over so many pixels of a window.
 constexpr float kAlike = 8;
 // Share of the variance of a window's disparities that is counted as variance of their mean: at an edge, a window holds
@@ -88,6 +95,15 @@ class MatchedRows {
   std::array<std::array<std::vector<float>, 5>, 2 * kAzimuthReach + 1> rows_;
 };
 
+/// Returns the mean, over the window of each pixel, of the squared gradient from azimuth to azimuth.
+cv::Mat squares_across(const cv::Mat& panorama) {
+  cv::Mat gradient;
+  cv::Sobel(panorama, gradient, CV_32F, 0, 1, 1, 0.5);
+  cv::Mat squares;
+  cv::boxFilter(gradient.mul(gradient), squares, CV_32F, {2 * kSlopeReach + 1, 2 * kAzimuthReach + 1});
+  return squares;
+}
+
 /// What the window of a pixel says.
 struct Fit {
   float mean_px;        ///< of the window's disparities, less what the middle's lets expect
@@ -132,6 +148,7 @@ RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, con
   cv::Mat sigma(size, CV_32F, cv::Scalar(std::numeric_limits<float>::infinity()));
   cv::Mat texture(size, CV_32F, cv::Scalar(0));
   cv::Mat misfit(size, CV_32F, cv::Scalar(0));
+  const cv::Mat across = squares_across(pair.lower.front());
   MatchedRows rows(pair, matched);
   WindowSums sums{std::size_t(size.width)};
   std::vector<float> level(std::size_t(size.width) + MatchedRow::kMargin);
@@ -161,14 +178,18 @@ RefinedDisparities refine(const PanoramaPair& pair, const cv::Mat& start_px, con
         if (!is_last) continue;
         const float noise = kGradientNoise * n;
         const float expected = 1 + of.gain * of.gain;
-        const float width = std::min(1.F, widths_px[std::size_t(i)]);
+        const float width_px = widths_px[std::size_t(i)];
+        const float steep = of.net / n;  // squared gradient along the radius
+        const float off_across = kAcross_px * kAcross_px *
+                                 std::max(0.F, across.at<float>(a, i) / (width_px * width_px) - kIsotropic * steep);
         texture.at<float>(a, i) = of.net / noise;
         // What the fit leaves of the lower view's variance that is not noise.
         misfit.at<float>(a, i) = std::max(0.F, of.residual - expected) / std::max(of.whole - 1, 1 / n);
         if (of.net > noise) {
-          const float variance = expected + kAlike * std::max(0.F, of.residual - expected);
-          sigma.at<float>(a, i) = std::sqrt(variance / ((of.net - noise) * width) + kFloor_px * kFloor_px +
-                                            of.correction_px * of.correction_px + kSpread * of.spread_px2);
+          const float variance = expected + kAlike * (std::max(0.F, of.residual - expected) + off_across);
+          sigma.at<float>(a, i) =
+              std::sqrt(variance / ((of.net - noise) * std::min(1.F, width_px)) + kFloor_px * kFloor_px +
+                        of.correction_px * of.correction_px + kSpread * of.spread_px2);
         }
       }
     }

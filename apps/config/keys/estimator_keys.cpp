@@ -48,12 +48,13 @@ void read_estimator(Section& root, EstimatorKeys& keys) {
   section->number("enough_m", {"position sigma from which on nothing is refined", kMetres, kAboveZero}, keys.enough_m,
                   Need::kOptional);
   section->number("budget_s", {"time for a frame's answer", kSeconds, kAboveZero}, keys.budget_s);
+  section->flag("plan", "whether the map's walls and obstacles place the robot too", keys.plan, Need::kOptional);
 
   const auto refuse = [&](std::string_view key, Unit unit, std::string_view where) {
     if (section->has(key)) section->complain(key, unit, fmt::format("absent {}", where));
   };
   if (keys.method == "paper") {
-    for (const std::string_view key : {"stage", "bearings"}) refuse(key, kNoUnit, "with method: paper");
+    for (const std::string_view key : {"stage", "bearings", "plan"}) refuse(key, kNoUnit, "with method: paper");
   }
   if (good_stage && keys.stage != "adaptive") {
     refuse("enough_m", kMetres, "without stage: adaptive");
@@ -73,6 +74,7 @@ void set_estimator(YAML::Node& robot, const EstimatorKeys& keys) {
   if (keys.bearings != defaults.bearings) node["bearings"] = keys.bearings;
   if (keys.enough_m != defaults.enough_m) node["enough_m"] = text_of(keys.enough_m);
   if (keys.budget_s) node["budget_s"] = text_of(*keys.budget_s);
+  if (keys.plan != defaults.plan) node["plan"] = keys.plan;
   robot.remove("estimator");
   if (node.size() > 0) robot["estimator"] = node;
 }

@@ -41,12 +41,14 @@ TWOCONE_COLUMNS(LandmarkRow, frame, t_s, landmark, x_m, y_m, top_m, radius_m, va
                 sigma_top_m, sigma_radius_m, sightings);
 TWOCONE_COLUMNS(TimingRow, frame, t_s, vision_s, localisation_s, wall_s, refined, verdict);
 TWOCONE_COLUMNS(TrackRow, frame, t_s, state, x_m, y_m, heading_rad, var_x_m2, cov_xy_m2, var_y_m2, cov_x_heading_m_rad,
-                cov_y_heading_m_rad, var_heading_rad2, fix, use);
+                cov_y_heading_m_rad, var_heading_rad2, fix, use, plan);
+TWOCONE_COLUMNS(ScanRow, frame, t_s, beam_rad, state, range_m, sigma_m);
 #undef TWOCONE_COLUMNS
 
 /// Returns whether tables of older versions lack that many of the last columns.
 template <typename Row>
 bool is_older(std::size_t missing) {
+  if (std::is_same_v<Row, TrackRow>) return missing == 1;
   return std::is_same_v<Row, FixRow> && (missing == 4 || missing == 9 || missing == 10);
 }
 
@@ -225,6 +227,7 @@ TWOCONE_TABLE(SightingRow);
 TWOCONE_TABLE(LandmarkRow);
 TWOCONE_TABLE(TimingRow);
 TWOCONE_TABLE(TrackRow);
+TWOCONE_TABLE(ScanRow);
 #undef TWOCONE_TABLE
 
 std::string to_line(const TrackRow& row) {

@@ -69,7 +69,8 @@ bool parse_field(const std::string& field, std::vector<std::string>& names);
 
 /// Reads a table row by row, for runs of any length. A last line without its newline is left out, because the program
 /// ended while it wrote that line. A missing file counts as an empty table. Tables of older versions, which lack the
-/// last columns of FixRow (outliers, or the columns after it), are read too. Row: any row of run_data.h except PoseRow.
+/// last columns of FixRow (outliers, or the columns after it) or the last one of TrackRow, are read too. Row: any row
+/// of run_data.h except PoseRow.
 template <typename Row>
 class TableReader {
  public:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/runs/loop/frame_answers.h"
 
+#include <utility>
+
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/summary/summary.h"
 
@@ -38,15 +40,16 @@ std::optional<vision::FrameMotion> FrameAnswers::motion_of(const runlog::FrameRe
 }
 
 Result<localisation::Fix> FrameAnswers::answer(Chain& chain, const Image& lower, const Image& upper,
-                                               const runlog::FrameRecord& record, runlog::AnswerRows& rows) const {
-  const auto answer = chain.estimator.answer(lower, upper, motion_of(record));
+                                               const runlog::FrameRecord& record, runlog::AnswerRows& rows) {
+  auto answer = chain.estimator.answer(lower, upper, motion_of(record));
   if (!answer) return answer.error();
   const std::uint64_t frame = record.frame.frame;
   const double t_s = record.frame.t_s;
   rows = runlog::to_rows(frame, t_s, *answer, map_, record.truth ? &*record.truth : nullptr);
   rows.track = runlog::to_row(frame, record.odometry.t_s, answer->fix,
                               chain.track.follow(record.drive.t_s, record.drive.left_rad, record.drive.right_rad,
-                                                 record.odometry.heading_rad, answer->fix));
+                                                 record.odometry.heading_rad, answer->fix, answer->scan));
+  if (!answer->scan.empty()) scan_ = std::move(answer->scan);
   rows.timing = runlog::to_row(frame, t_s, answer->timing, estimation::time_limit_of(chain.method, robot_).has_value());
   return answer->fix;
 }

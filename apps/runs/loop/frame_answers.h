@@ -28,6 +28,8 @@ class FrameAnswers {
 
   /// Returns the baseline's answers so far.
   [[nodiscard]] const std::vector<runlog::AnswerRows>& baseline() const { return baseline_rows_; }
+  /// Returns the scan of the last frame; empty without estimator.plan.
+  [[nodiscard]] const std::vector<vision::Beam>& scan() const { return scan_; }
   /// Returns the landmarks that were found on the way.
   [[nodiscard]] std::vector<estimation::MappedLandmark> found() const;
   /// Returns a sentence about the frames that took longer than their time budget, or nothing if there are none.
@@ -42,7 +44,7 @@ class FrameAnswers {
   [[nodiscard]] std::optional<vision::FrameMotion> motion_of(const runlog::FrameRecord& record) const;
   Result<std::optional<Eigen::Vector2d>> map_on(const Image& lower, const Image& upper, runlog::FrameRecord& record);
   Result<localisation::Fix> answer(Chain& chain, const Image& lower, const Image& upper,
-                                   const runlog::FrameRecord& record, runlog::AnswerRows& rows) const;
+                                   const runlog::FrameRecord& record, runlog::AnswerRows& rows);
 
   const config::Robot& robot_;
   const config::Map map_;  ///< without landmarks where they are found on the way
@@ -52,6 +54,7 @@ class FrameAnswers {
   std::optional<Chain> baseline_;
   std::string why_no_baseline_;
   std::vector<runlog::AnswerRows> baseline_rows_;
+  std::vector<vision::Beam> scan_;
   std::vector<runlog::TimingRow> timing_;
   std::optional<runlog::DriveRow> last_drive_;  ///< of the frame before
 };

@@ -29,6 +29,18 @@ export function thinned(begin, end, most) {
   return [...kept, end];
 }
 
+/** The layers of a plan for a scan: what is free around the robot, and where things begin. */
+export function scanLayers(scan, pose) {
+  if (!scan || !exists(pose?.x_m) || !exists(pose.heading_rad)) return { areas: [], points: [] };
+  const { ranges_m: ranges, states } = scan, step = 2 * Math.PI / ranges.length;
+  const ends = ranges.map((range, k) => {
+    const bearing_rad = pose.heading_rad - Math.PI + step * (k + 0.5);
+    return [pose.x_m + (range ?? 0) * Math.cos(bearing_rad), pose.y_m + (range ?? 0) * Math.sin(bearing_rad)];
+  });
+  return { areas: [{ name: 'scan: free', colour: 'c6', points: ends }],
+    points: [{ name: 'scan: things', colour: 'c8', r: 1.8, points: ends.filter((_, k) => states[k] === 'o') }] };
+}
+
 /** The room from above at one frame, with the trail up to it. */
 export class RoomView {
   constructor(run) {
@@ -54,11 +66,14 @@ export class RoomView {
       bearing_rad: bearing_rad + (pose.heading_rad ?? 0),
       dash: landmark === selected ? undefined : verdict === 'ok' ? '8 4' : '3 4' });
     const fix = { name: 'fix, 95 % ellipse', colour: 'fix' }, found = { name: 'found landmarks, 95 %', colour: 'c3' };
+    const scanned = scanLayers(store.at(position).scan, pose);
     this.find(store, position);
     this.plan.update({
+      areas: scanned.areas,
       paths: [...path('truth'), ...path('odometry', '2 4'), ...path('track', '7 3')],
       rays: pose ? ranges.filter(({ bearing_rad }) => exists(bearing_rad)).map(ray) : [],
-      points: placed.map(({ x_m, y_m }) => ({ ...fix, points: [[x_m, y_m]], shape: 'plus', r: 6 })),
+      points: [...scanned.points, ...placed.map(({ x_m, y_m }) => (
+        { ...fix, points: [[x_m, y_m]], shape: 'plus', r: 6 }))],
       ellipses: [...placed.map((row) => ({ ...row, ...fix, sigmas: sigmasOf95 * factor })),
         ...this.found.map((row) => ({ ...row, ...found, sigmas: sigmasOf95 }))],
       poses: [...(truth ? [{ ...truth, name: 'truth', colour: 'truth', radius_m, dash: '4 3' }] : []),

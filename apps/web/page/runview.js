@@ -4,6 +4,7 @@ import { button, el, facts, list, quantity, setText } from './kit.js';
 import { FrameStore, Player, playerSpeeds } from './player.js';
 import { MirrorPanel, mirrorViews } from './mirrors.js';
 import { Magnifier } from './magnifier.js';
+import { CloudView } from './cloud.js';
 import { Gauges, PoseTable, RangeTable, RoomView, TimeView, nameOfVerdicts } from './runparts.js';
 
 const figuresEvery_ms = 1000;  // figures over time follow growing data this often
@@ -103,6 +104,7 @@ class PlayerBar {
  * @param telemetry { run, frames, images, every, events }: the run's line, its frames, the addresses of its images by
  *   frame number ({ lower, upper }), and 2 if only every second frame is there
  * @param options store: a FrameStore in place of telemetry.frames; imageOf(frame, view): an address or a Blob; live;
+ *   cloudOf(frame): a promise of the bytes of a point cloud, for the frames that run.clouds lists;
  *   follow: the view has no player of its own; beside: a node beside the room; keyTarget: what listens to keys, default
  *   the container; keys: further [keys, meaning] of the help
  */
@@ -118,6 +120,7 @@ export class RunView {
     this.mirrors = run.sensors?.images === false ? undefined : new MirrorPanel(run, select, () => this.request());
     this.magnifier = this.mirrors && this.selected !== undefined ? new Magnifier(run, select) : undefined;
     this.room = new RoomView(run);
+    this.cloud = run.clouds && options.cloudOf ? new CloudView(run.clouds, options.cloudOf) : undefined;
     this.time = new TimeView(run, this.store, (t_s) => this.player.seekTime(t_s));
     this.ranges = new RangeTable(run, select);
     this.poses = new PoseTable(run);
@@ -131,7 +134,7 @@ export class RunView {
     const tables = [this.ranges.node, this.poses.node];
     container.replaceChildren(...[
       el('div', { class: this.mirrors && 'run-top' }, this.mirrors?.node, this.room.node, options.beside),
-      this.gauges.node, this.time.node,
+      this.gauges.node, this.cloud?.node, this.time.node,
       el('div', { class: 'run-low' }, this.magnifier ? [this.magnifier.node, el('div', {}, tables)] : tables),
       this.events, this.note, this.bar?.node, this.help].filter(Boolean));
     events.forEach((event) => this.addEvent(event));
@@ -199,6 +202,7 @@ export class RunView {
     this.mirrors?.draw(frame, this.images, selected);
     this.magnifier?.draw(frame, (view) => this.mirrors.canvasOf(view), selected);
     this.room.draw(store, position, selected);
+    this.cloud?.show(frame.frame);
     this.time.moveCursor(frame.t_s);
     this.ranges.update(frame.ranges ?? [], this.room.found, selected);
     this.poses.update(frame);

@@ -47,11 +47,12 @@ function runList(rows, open) {
 
 /** The page `view`. */
 export function viewPage() {
-  const get = async (path, query) => {
+  const asked = async (path, query) => {
     const answer = await fetch(addressOf(path, query));
     if (!answer.ok) throw new Error(`${path}: status ${answer.status}`);
-    return answer.text();
+    return answer;
   };
+  const get = async (path, query) => (await asked(path, query)).text();
   let listed, generation = 0;
 
   const openRun = async ({ run: number, frames: count }, container, options) => {
@@ -62,6 +63,7 @@ export function viewPage() {
       { count, rate_hz: run.robot?.rate_hz });
     await store.fetch(0);
     const view = new RunView(container, { run, events }, { ...options, store,
+      cloudOf: async (frame) => (await asked('cloud', { run: number, frame })).arrayBuffer(),
       imageOf: (frame, side) => addressOf('image', { run: number, view: side, frame: frame.frame }) });
     container.after(el('p', { class: 'soft' }, runWords(run)));
     store.arrived = () => view.request();

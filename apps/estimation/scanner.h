@@ -9,10 +9,10 @@
 #include "vision/beam.h"
 #include "vision/dense_ranging.h"
 
-namespace twocone::runs {
+namespace twocone::estimation {
 
-/// Scans what is around the robot while it drives, by full range images. Those of half the azimuths and one round,
-/// which take a third of the time (vision::DenseSettings), miss thin things as the edge of a table top.
+/// Scans what is around the robot, by full range images. Those of half the azimuths and one round, which take a third
+/// of the time (vision::DenseSettings), miss thin things as the edge of a table top.
 class Scanner {
  public:
   /// @throws config::FileError for a rig that vision rejects
@@ -20,10 +20,12 @@ class Scanner {
 
   /// @param lower,upper of the robot's cameras, of one time. An image that cannot be used gives unknown beams.
   [[nodiscard]] std::vector<vision::Beam> scan(const Image& lower, const Image& upper) const;
+  /// Returns the same for images of the robot file's sizes, 8-bit RGB.
+  [[nodiscard]] std::vector<vision::Beam> scan(const cv::Mat& lower, const cv::Mat& upper) const;
 
  private:
   cv::Size size_;
   vision::DenseRanging ranging_;
 };
 
-}  // namespace twocone::runs
+}  // namespace twocone::estimation
