@@ -4,7 +4,9 @@
 
 explore.py make FOLDER SEED [plain]   writes robot, map and scene of one drive
 explore.py judge FOLDER RUN           prints what the drive met and visited, from the truth, as one line of JSON
+explore.py track RUN...               prints rows: errors and coverage of the tracks of several runs together
 """
+import csv
 import json
 import math
 import pathlib
@@ -148,8 +150,43 @@ def judge(folder, run):
                       "first": touches[0] if touches else None, "seconds": poses[-1][0]}))
 
 
+def track(runs):
+    errors_m, headings_rad, held, held_heading, frames, worst = [], [], 0, 0, 0, {}
+    for run in runs:
+        truths = [list(map(float, line.split())) for line in (run / "truth.tum").read_text().splitlines()]
+        inside = 0
+        rows = list(csv.DictReader((run / "track.csv").open()))
+        for row, truth in zip(rows, truths):
+            frames += 1
+            if not row["x_m"]:
+                continue
+            x, y = float(row["x_m"]) - truth[1], float(row["y_m"]) - truth[2]
+            a, b, c = (float(row[key]) for key in ("var_x_m2", "cov_xy_m2", "var_y_m2"))
+            off = float(row["heading_rad"]) - 2 * math.atan2(truth[6], truth[7])
+            off = math.remainder(off, 2 * math.pi)
+            errors_m.append(math.hypot(x, y))
+            headings_rad.append(abs(off))
+            inside += (c * x * x - 2 * b * x * y + a * y * y) / (a * c - b * b) < 5.991
+            held_heading += abs(off) < 1.96 * math.sqrt(float(row["var_heading_rad2"]))
+        held += inside
+        worst[run.name] = inside / len(rows)
+    n = len(errors_m)
+    mean = lambda values: sum(values) / n
+    met = lambda good: "yes" if good else "no"
+    what = f"track by the floor plan alone, {len(runs)} runs"
+    print(f"row | {what}: frames with a pose | {n} of {frames} | all | {met(n == frames)} |")
+    print(f"row | {what}: mean error of the position | {1000 * mean(errors_m):.1f} mm | 20 mm | {met(mean(errors_m) <= 0.02)} |")
+    heading = math.degrees(mean(headings_rad))
+    print(f"row | {what}: mean error of the heading | {heading:.2f} degrees | 0.3 | {met(heading <= 0.3)} |")
+    seeds = ", ".join(f"{100 * share:.0f}" for share in worst.values())
+    print(f"row | {what}: 95 % ellipses hold the position (run by run) | {100 * held / n:.1f} % ({seeds}) | 92 to 98 % | {met(0.92 <= held / n <= 0.98)} |")
+    print(f"row | {what}: 1.96 sigma hold the heading | {100 * held_heading / n:.1f} % | 92 to 98 % | {met(0.92 <= held_heading / n <= 0.98)} |")
+
+
 if __name__ == "__main__":
-    if len(sys.argv) >= 4 and sys.argv[1] == "make":
+    if len(sys.argv) >= 3 and sys.argv[1] == "track":
+        track([pathlib.Path(run) for run in sys.argv[2:]])
+    elif len(sys.argv) >= 4 and sys.argv[1] == "make":
         make(pathlib.Path(sys.argv[2]), int(sys.argv[3]), len(sys.argv) > 4)
     elif len(sys.argv) == 4 and sys.argv[1] == "judge":
         judge(pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]))
