@@ -8,7 +8,9 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <memory>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -24,6 +26,7 @@
 #include "apps/config/to_layers.h"
 #include "base/quantile.h"
 #include "bench/robot_scene.h"
+#include "drivers/sim_povray/camera/camera_stage.h"
 #include "drivers/sim_povray/world/motion.h"
 #include "tests/support/value.h"
 #include "vision/dense_ranging.h"
@@ -55,6 +58,7 @@ struct Options {
   ImageSize size{};
   std::string images;
   std::string json;
+  std::string built;
   int repeats = 5;
 };
 
@@ -84,14 +88,18 @@ struct Shot {
   PixelTruth truth;
 };
 
+// @param effects of the camera as built, without noise, which `options` has; null: none
 Shot shot(const NativeView& view, const std::string& pose, const Options& options, double gain,
-          std::mt19937_64& random) {
+          const sim_povray::CameraEffects* effects, std::mt19937_64& random) {
   Image image{view.width_px(), view.height_px(), PixelFormat::kRgb8,
               Bytes(std::vector<std::uint8_t>(3 * std::size_t(view.width_px() * view.height_px())))};
   Shot shot;
   shot.truth = value(view.empty_truth());
   const NativeView::Moment moment = view.at(*parse_poses(pose));
   for (int band = 0; band < view.bands(); ++band) view.render(moment, band, image, &shot.truth);
+  if (effects != nullptr && changes_pixels(*effects)) {
+    image = develop(*effects, {std::make_shared<Image>(image)}, options.seed, "camera", 0, {});
+  }
   const cv::Mat rgb(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bytes.data()));
   shot.clean.create(rgb.size(), CV_32FC3);
   shot.rgb.create(rgb.size(), CV_8UC3);
@@ -156,10 +164,21 @@ struct CellTruth {
   double range_m = 0;
 };
 
+// The view of the rendered image, which a lens distorts afterwards.
+MirrorView before_the_lens(const MirrorView& view) {
+  vision::MirrorViewSettings settings = view.settings();
+  settings.distortion.reset();
+  return MirrorView(settings);
+}
+
 class Judge {
  public:
+  // @param rig the true one
   Judge(const Rig& rig, const DenseRanging& ranging, const Options& options)
-      : rig_(rig), ranging_(ranging), options_(options) {
+      : lens_(rig.lower),
+        rig_{before_the_lens(rig.lower), before_the_lens(rig.upper)},
+        ranging_(ranging),
+        options_(options) {
     const cv::Size size(options.size.width_px, options.size.height_px);
     cv::Mat columns(size, CV_32F);
     cv::Mat rows(size, CV_32F);
@@ -175,9 +194,12 @@ class Judge {
 
   [[nodiscard]] CellTruth truth(const Shot& lower, const Shot& upper, int azimuth, int slope) const {
     CellTruth cell;
-    const double x = columns_.at<float>(azimuth, slope);
-    const double y = rows_.at<float>(azimuth, slope);
-    if (x == 0 && y == 0) return cell;
+    const Eigen::Vector2d at_px(columns_.at<float>(azimuth, slope), rows_.at<float>(azimuth, slope));
+    if (at_px.isZero()) return cell;
+    const auto rendered_px = lens_.undistort_px(at_px);
+    if (!rendered_px) return cell;
+    const double x = rendered_px->x();
+    const double y = rendered_px->y();
     const int column = static_cast<int>(std::floor(x));
     const int row = static_cast<int>(std::floor(y));
     double inverse = 0;
@@ -256,6 +278,7 @@ class Judge {
   }
 
  private:
+  MirrorView lens_;
   Rig rig_;
   const DenseRanging& ranging_;
   Options options_;
@@ -375,17 +398,34 @@ cv::Mat painted(const RangeImage& image, const cv::Mat& panorama, const cv::Mat&
   return all;
 }
 
-nlohmann::json measured(const std::string& file, const Options& options) {
+// The effects of a camera but its noise, at rest.
+sim_povray::CameraEffects still_and_quiet(sim_povray::CameraEffects effects) {
+  effects.exposure_time_s = effects.readout_s = 0;
+  effects.full_well_electrons = effects.read_noise_electrons = 0;
+  return effects;
+}
+
+nlohmann::json measured(const std::string& file, const Options& given) {
+  Options options = given;
   const config::Robot robot = config::read_robot(file);
   const RobotScene scene(robot, options.size);
   if (!scene.obstacle().empty()) throw std::runtime_error(scene.obstacle());
   const Rig rig = config::to_rig(robot);
   const cv::Size size(options.size.width_px, options.size.height_px);
-  const DenseRanging ranging(vision::UncertainRig(rig), size,
-                             {.azimuths = options.azimuths, .nearest_m = options.nearest_m});
-  const DenseRanging half(vision::UncertainRig(rig), size,
+  Rig true_rig = rig;
+  vision::UncertainRig uncertain(rig);
+  std::optional<std::array<sim_povray::CameraEffects, 2>> effects;
+  if (!options.built.empty()) {
+    true_rig = config::to_rig(config::read_robot(options.built));
+    uncertain = vision::UncertainRig(rig, config::to_belief_errors(robot, scene.map()).vision.rig);
+    effects = {still_and_quiet(robot.lower.effects), still_and_quiet(robot.upper.effects)};
+    options.full_well = robot.lower.effects.full_well_electrons;
+    options.read_electrons = robot.lower.effects.read_noise_electrons;
+  }
+  const DenseRanging ranging(uncertain, size, {.azimuths = options.azimuths, .nearest_m = options.nearest_m});
+  const DenseRanging half(uncertain, size,
                           {.azimuths = options.azimuths / 2, .rounds = 1, .nearest_m = options.nearest_m});
-  const Judge judge(rig, ranging, options);
+  const Judge judge(true_rig, ranging, options);
   std::mt19937_64 random(options.seed);
   Score ours;
   Score theirs;
@@ -399,8 +439,9 @@ nlohmann::json measured(const std::string& file, const Options& options) {
   const auto disparity_px = [&](double range_m) { return px_m / (range_m + behind_m); };
   for (int k = 0; k < options.poses; ++k) {
     const std::string pose = scene.text_of(scene.free_pose(random));
-    const Shot lower = shot(*scene.views()[0].native, pose, options, 1, random);
-    const Shot upper = shot(*scene.views()[1].native, pose, options, options.gain, random);
+    const Shot lower = shot(*scene.views()[0].native, pose, options, 1, effects ? effects->data() : nullptr, random);
+    const Shot upper =
+        shot(*scene.views()[1].native, pose, options, options.gain, effects ? &effects->back() : nullptr, random);
     RangeImage image;
     for (int r = 0; r < options.repeats; ++r) {
       double begin = processor_s();
@@ -474,6 +515,9 @@ int run(int argc, char** argv) {
   app.add_option("--repeats", options.repeats, "Timed repetitions for each pose");
   app.add_option("--images", options.images, "Prefix of images of the first poses");
   app.add_option("--json", options.json, "File for the figures");
+  app.add_option("--built", options.built,
+                 "The robot as it is (built.yaml of twocone as-built), of which `robots` has one that is believed; "
+                 "effects and noise of the cameras are those of its file");
   CLI11_PARSE(app, argc, argv);
   cv::setNumThreads(1);
   nlohmann::json all = nlohmann::json::array();

@@ -25,6 +25,8 @@ constexpr double kDecided = 3;          // sigmas
 // A radius of the rim that is found is good to a per cent, also where d / R is off by a ruler's millimetre.
 constexpr double kFoundRadiusShare = 0.02;
 constexpr double kBelievedRadiusShare = CalibrationPriors{}.rim_share;
+// Of the mean slope that a mirror shows, by its radius, its cone and its tilt.
+constexpr double kSlopeSigma = 0.015;
 // Both cameras show one mirror if the disparity is nearer to that of one mirror than this share of what the map needs.
 constexpr double kSameMirror = 0.3;
 // Position of one view's pose, and relative error of a turn by the wheels (5 % of separation or radius).
@@ -298,7 +300,10 @@ class RigSearch {
       }
     }
     exchanged.reason = NotFound::kUndecided;
-    if (logs.empty()) return;
+    if (logs.empty()) {
+      decide_exchanged_by_slopes();
+      return;
+    }
     expected /= double(logs.size());
     const double median = base::median(logs);
     const auto radius_share = [&](Side camera) {
@@ -317,6 +322,45 @@ class RigSearch {
     if (exchanged.sigmas < kDecided) return;
     exchanged.value = median < 0;
     exchanged.reason = NotFound::kNothing;
+  }
+  /// Of landmarks that are lower than a mirror, as those of mirrors that see the floor are: whatever its height, the
+  /// lower mirror shows a top at a greater slope than the upper one, by their separation over its distance.
+  void decide_exchanged_by_slopes() {
+    Decision& exchanged = found_.exchanged;
+    std::vector<double> differences;
+    for (std::size_t f = 0; f < problem_.frames.size(); ++f) {
+      for (const ColourSighting& a : sightings(Side::kLower)[f]) {
+        for (const ColourSighting& b : sightings(Side::kUpper)[f]) {
+          if (a.landmark != b.landmark || a.at_rim || b.at_rim) continue;
+          if (!is_first(sightings(Side::kLower)[f], a) || !is_first(sightings(Side::kUpper)[f], b)) continue;
+          differences.push_back(slope(Side::kLower, a.top_px) - slope(Side::kUpper, b.top_px));
+        }
+      }
+    }
+    if (differences.empty()) return;
+    double farthest_m = 0;
+    for (const Landmark& one : problem_.landmarks) {
+      for (const Landmark& two : problem_.landmarks) {
+        farthest_m = std::max(farthest_m, (place_m(one) - place_m(two)).norm());
+      }
+    }
+    const double median = base::median(differences);
+    const double scatter = scatter_about(median, differences);
+    const double sigma = std::hypot(scatter / std::sqrt(double(differences.size())), kSlopeSigma);
+    exchanged.sigmas = std::abs(median) / sigma;
+    if (exchanged.sigmas < kDecided) {
+      const double least = (tip_m(Side::kUpper) - tip_m(Side::kLower)) / farthest_m;
+      found_.shows_one_mirror = std::abs(median) < kSameMirror * least && sigma < kSameMirror * least / 2;
+      return;
+    }
+    exchanged.value = median < 0;
+    exchanged.reason = NotFound::kNothing;
+  }
+  /// Returns the slope over the horizon that a radius of a camera's image shows, by the mirror that it should show.
+  double slope(Side camera, double radius_px) {
+    MirrorViewSettings settings = of_view(problem_.rig, camera).settings();
+    settings.rim_radius_px = view(camera).circle->radius_px;
+    return std::tan(MirrorView(settings).elevation_rad(radius_px));
   }
   static bool is_first(const std::vector<ColourSighting>& frame, const ColourSighting& sighting) {
     const auto first = std::ranges::find(frame, sighting.landmark, &ColourSighting::landmark);

@@ -251,8 +251,8 @@ std::string what_to_change(const vision::SelfRig& found) {
     if (verdict != MirrorVerdict::kFound) return what_to_change(verdict, kCameraNames[i]);
   }
   if (!found.exchanged.value) {
-    return "the images do not show which camera looks into the upper mirror: the tops of the landmarks must be higher "
-           "than both mirrors' tips, and rig.mirror_separation_m and the map's top_m must be right";
+    return "the images do not show which camera looks into the upper mirror: both cameras must see the same landmarks, "
+           "and rig.mirror_separation_m and the map's top_m must be right";
   }
   for (const std::size_t i : {0, 1}) {
     if (!found.views[i].mirrored.value) {

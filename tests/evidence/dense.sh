@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Range to everything: rooms with texture and without, judged by the native renderer's distances, beside OpenCV's StereoSGBM.
-sources=(CMakeLists.txt CMakePresets.json cmake include base hal vision localisation drivers apps scenes robots bench)
+sources=(CMakeLists.txt CMakePresets.json cmake include base hal vision localisation drivers apps scenes robots bench tests/evidence/robot_as_built.sh)
 . "$(dirname "$0")/common.sh"
 export OMP_NUM_THREADS=1
 examples=/usr/share/doc/povray/examples
@@ -57,5 +57,41 @@ for scene in language/macros/macro1 incdemo/transforms templates/Basic_Scenes/Ch
   fi
   room "$name" "$scene of povray-examples" "$(ls "$work/$name/"*.yaml | grep -v '\.map\.yaml$')" 2 texture
 done
+
+# Robots as built, calibrated on a drive, with the effects of their cameras: TWOCONE_DENSE_ROBOTS=N of them, of 30.
+robots=${TWOCONE_DENSE_ROBOTS:-30}
+as_built() { # SEED
+  local folder=$work/as_built_$1
+  tests/evidence/robot_as_built.sh "$twocone" robots/scout_sim.yaml "$1" "$folder" || return 1
+  "$twocone" scan "$folder/fresh1" --plan | sed -n 's/.*errors \([0-9.]*\) mm and \([0-9.]*\) degrees.*hold \([0-9]*\) %.*and \([0-9]*\) %.*/plan \1 \2 \3 \4/p'
+  build/release/bench/dense_bench "$folder/calibrated.yaml" --built "$folder/built.yaml" --poses 3 --antialias 3 --repeats 1 --seed "$1" --json "$work/as_built_$1.json"
+  rm -r "$folder"/{drive,fresh1,fresh2}/{lower,upper}
+}
+for ((seed = 1; seed <= robots; ++seed)); do step "as_built_$seed" as_built "$seed"; done
+# built_row WHAT KEY TARGET CONDITION WITHOUT: the median of the robots, with the least and the greatest
+built_row() {
+  local values middle
+  values=$(for file in "$work"/as_built_*.json; do jq -r ".[0].ours.$2 // empty" "$file"; done 2>/dev/null | sort -g)
+  middle=$(awk '{ v[NR] = $1 } END { if (NR) print (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }' <<<"$values")
+  row "robots as built, calibrated: $1, median of $(grep -c . <<<"$values") (least to greatest)" \
+    "$(awk -v middle="${middle:-0}" '{ v[NR] = $1 } END { if (NR) printf "%.3g (%.3g to %.3g)", middle, v[1], v[NR] }' <<<"$values")" \
+    "$3" "$(holds "${middle:-$5} $4")"
+}
+failed=0
+for ((seed = 1; seed <= robots; ++seed)); do [ "$(passed "as_built_$seed")" = yes ] || failed=$((failed + 1)); done
+row "robots as built that were calibrated and ranged" "$((robots - failed)) of $robots" "30 of 30" "$([ $robots -ge 30 ] && [ $failed = 0 ] && echo yes || echo no)"
+built_row "share of textured pixels that is ranged" ranged "at least 0.9" ">= 0.9" 0
+built_row "mean relative error" relative_error "at most 0.02" "<= 0.02" 9
+built_row "share of 95 % intervals that hold" held_95 "0.92 to 0.98" ">= 0.92" 0
+built_row "share of untextured pixels that is unknown" plain_unknown "at least 0.95" ">= 0.95" 0
+plans=$(cat "$work"/as_built_*.log | sed -n 's/^plan //p')
+plan_row() { # WHAT COLUMN TARGET CONDITION
+  local middle
+  middle=$(sort -g -k "$2,$2" <<<"$plans" | awk "{ v[NR] = \$$2 } END { if (NR) print (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }")
+  row "robots as built: $1, median of $(grep -c . <<<"$plans")" "${middle:-none}" "$3" "$(holds "${middle:-99} $4")"
+}
+plan_row "error of the position by the floor plan, mm" 1 "at most 20" "<= 20"
+plan_row "error of the heading by the floor plan, degrees" 2 "at most 0.3" "<= 0.3"
+plan_row "share of positions that its 95 % regions hold, %" 3 "92 to 98" ">= 92"
 
 page "range to everything"
