@@ -222,6 +222,7 @@ class RigSearch {
     SelfView& v = view(camera);
     if (!v.circle) return;
     fit_all(camera);
+    if (best_fit(camera).range_scale <= 0) fit_other_circles(camera);
     const CameraFit& best = best_fit(camera);
     if (best.range_scale <= 0) return;
     if (!v.mirror.others.empty()) {
@@ -233,18 +234,34 @@ class RigSearch {
         const double sigma = best.sigma_range_scale / best.range_scale;
         if (off(nearest) > 2 * sigma && off(other) < off(nearest)) nearest = other;
       }
-      if (nearest.radius_px != v.circle->radius_px) {
-        v.mirror.rim = nearest;
-        take_circle(camera, nearest);
-        sightings(camera) = sighted(camera, {v.centre_px, v.circle->radius_px, 0});
-        fit_all(camera);
-      }
+      if (nearest.radius_px != v.circle->radius_px) fit_to(camera, nearest);
     } else if (v.is_circle_believed) {
       v.circle->radius_px *= best.range_scale;
       v.circle->sigma_radius_px = best.sigma_range_scale / best.range_scale * v.circle->radius_px;
       sightings(camera) = sighted(camera, {v.centre_px, v.circle->radius_px, 0});
       fit_all(camera);
     }
+  }
+
+  void fit_to(Side camera, const RimMeasurement& rim) {
+    SelfView& v = view(camera);
+    v.mirror.rim = rim;
+    take_circle(camera, rim);
+    sightings(camera) = sighted(camera, {v.centre_px, v.circle->radius_px, 0});
+    fit_all(camera);
+  }
+
+  /// Takes the first of the other concentric circles with which landmarks stand as on the map. With cones of more than
+  /// 90 degrees, the wrong radius may turn what is above the horizon into what is below it, so that nothing fits.
+  void fit_other_circles(Side camera) {
+    SelfView& v = view(camera);
+    if (!v.mirror.rim) return;
+    const RimMeasurement before = *v.mirror.rim;
+    for (const RimMeasurement& other : std::vector(v.mirror.others)) {
+      fit_to(camera, other);
+      if (best_fit(camera).range_scale > 0) return;
+    }
+    if (!v.mirror.others.empty()) fit_to(camera, before);
   }
 
   void fit_all(Side camera) {

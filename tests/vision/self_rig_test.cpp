@@ -34,6 +34,8 @@ struct PlantedRig {
   std::array<Surroundings, 2> surroundings{};
   double noise = 0;
   bool has_mast = false;
+  double contrast = 0.3;    ///< of the background, which changes at the horizon, a circle within the rim
+  bool sees_floor = false;  ///< mirrors of 112 degrees, and landmarks that are lower than the upper one
 };
 
 /// Centres up to 40 px off, rims up to 20 %, cameras turned by any angle.
@@ -55,16 +57,31 @@ PlantedRig planted(std::uint64_t seed) {
   return p;
 }
 
+MirrorViewSettings believed_view(const PlantedRig& p, std::size_t i) {
+  if (!p.sees_floor) return lab_view(i == 0 ? 0.25 : 0.55);
+  MirrorViewSettings s = lab_view(i == 0 ? 0.14 : 0.38);
+  s.cone = {.apex_rad = 112 * std::numbers::pi / 180, .rim_radius_m = 0.08, .lens_to_tip_m = 0.08};
+  return s;
+}
+
+std::vector<SyntheticLandmark> landmarks_of(const PlantedRig& p) {
+  std::vector<SyntheticLandmark> landmarks = six_landmarks();
+  for (SyntheticLandmark& l : landmarks) {
+    if (p.sees_floor) l.top_m = 0.3;
+  }
+  return landmarks;
+}
+
 Rig true_rig(const PlantedRig& p) {
-  const auto view = [&](std::size_t i, double height_m) {
-    MirrorViewSettings s = lab_view(height_m);
+  const auto view = [&](std::size_t i) {
+    MirrorViewSettings s = believed_view(p, i);
     s.centre_px = p.centre_px[i];
     s.rim_radius_px = p.radius_px[i];
     s.azimuth_rad = p.azimuth_rad[i];
     s.mirrored = p.mirrored[i];
     return MirrorView(s);
   };
-  return {view(0, 0.25), view(1, 0.55)};
+  return {view(0), view(1)};
 }
 
 /// A drive in the lab, curved left and then right.
@@ -80,11 +97,11 @@ Pose2 between(const Pose2& from, const Pose2& to) {
 
 std::vector<SelfRigFrame> take(const PlantedRig& p, std::uint64_t seed, const std::vector<Pose2>& poses) {
   std::mt19937_64 random(seed + 1000);
-  const SyntheticRig synthetic(true_rig(p), {.level = 0.35, .swing = 0.2, .cells = 9, .contrast = 0.3});
+  const SyntheticRig synthetic(true_rig(p), {.level = 0.35, .swing = 0.2, .cells = 9, .contrast = p.contrast});
   std::vector<SelfRigFrame> frames;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     SyntheticScene scene;
-    scene.landmarks = seen_from(six_landmarks(), {poses[i].x_m, poses[i].y_m}, poses[i].heading_rad);
+    scene.landmarks = seen_from(landmarks_of(p), {poses[i].x_m, poses[i].y_m}, poses[i].heading_rad);
     if (p.has_mast) scene.strips.push_back({2.3, 0.12, 0.01, {0.05, 0.05, 0.05}});
     auto pair = synthetic.take(scene, {}, random);
     surround(pair.lower, p.centre_px[0], p.radius_px[0], p.surroundings[0]);
@@ -134,6 +151,24 @@ TEST(FindRig, FindsEverythingFromADrive) {
     const SelfRig found = find_rig(problem);
     expect_found(found, problem, p);
     expect_angle(found.azimuth, p.azimuth_rad[0], "azimuth");
+  }
+}
+
+// Catches a search that needs landmarks higher than both mirrors.
+TEST(FindRig, FindsMirrorsThatLookDownAtTheLandmarks) {
+  for (std::uint64_t seed = 41; seed <= 43; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    PlantedRig p = planted(seed);
+    p.sees_floor = true;
+    if (seed != 42) p.contrast = 0;
+    for (double& radius_px : p.radius_px) radius_px *= 0.85;
+    const SelfRigProblem problem{.rig = {MirrorView(believed_view(p, 0)), MirrorView(believed_view(p, 1))},
+                                 .landmarks = targets_of(landmarks_of(p)),
+                                 .frames = take(p, seed, kDrive)};
+    expect_found(find_rig(problem), problem, p);
+    SelfRigProblem twice = problem;
+    for (SelfRigFrame& frame : twice.frames) frame.upper = frame.lower;
+    EXPECT_FALSE(find_rig(twice).exchanged.value);
   }
 }
 
