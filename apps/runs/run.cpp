@@ -216,10 +216,9 @@ class Loop {
   struct Answer {
     std::uint64_t frame;
     std::optional<Eigen::Vector2d> position_m;
-    std::vector<Disc> found;  ///< landmarks found on the way
-    // where the behaviour needs them
-    std::optional<Pose2> estimate;
-    std::vector<vision::Beam> scan;
+    std::vector<Disc> found;         ///< landmarks found on the way
+    std::optional<Pose2> estimate;   ///< where the robot steers by it: behaviour explore, estimator.plan
+    std::vector<vision::Beam> scan;  ///< of a run that scans
   };
 
   /// Steers by the oldest answer that was not used, which is computed now unless that was done before.
@@ -228,7 +227,7 @@ class Loop {
       if (auto answered = answer_oldest(); !answered) return answered;
     }
     const Answer& answer = answers_ahead_.front();
-    if (scanner_) {
+    if (scanner_ || answer.estimate) {
       steering_.add_scan(answer.frame, answer.estimate, answer.scan);
     } else if (answer.position_m) {
       steering_.add_fix(answer.frame, *answer.position_m);
@@ -296,13 +295,13 @@ class Loop {
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
     Answer answer{record.frame.frame, *position_m, discs_of(answers_.found()), {}, {}};
-    if (scanner_) {
+    record.scan = scanner_ && answers_.scan().empty() ? scanner_->scan(*lower, *upper) : answers_.scan();
+    answer.scan = record.scan;
+    // Without landmarks there is no fix by which to steer, but the track has a pose by the floor plan.
+    if (scanner_ || robot_.estimator.plan) {
       if (const auto pose = runlog::pose_of(*record.answer.track)) {
         answer.estimate = Pose2{pose->x_m, pose->y_m, pose->heading_rad};
       }
-      answer.scan = record.scan = answers_.scan().empty() ? scanner_->scan(*lower, *upper) : answers_.scan();
-    } else {
-      record.scan = answers_.scan();
     }
     answers_ahead_.push_back(std::move(answer));
     const double arrived_s = record.frame.host_t_s.value_or(0) - clock_before_s_;

@@ -137,6 +137,18 @@ TEST_F(RunInTheLab, FindsTheLandmarksOnTheWay) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "run" / "methods" / "outline" / "landmarks.csv"));
 }
 
+// Catches a floor plan that is silently left out.
+TEST_F(RunInTheLab, LandmarksFromTheWayAndAFloorPlanAreNotUsedTogether) {
+  config::Robot robot = config::read_robot(TWOCONE_SOURCE_DIR "/robots/lab_sim.yaml");
+  robot.estimator.plan = true;
+  RunOptions options;
+  options.maps = true;
+  options.out = folder_ / "run";
+  EXPECT_THROW(static_cast<void>(run(
+                   robot, config::read_map(robot.map), options, [](double) {}, stop_)),
+               config::FileError);
+}
+
 TEST_F(RunInTheLab, LocaliseGivesTheSameAnswersAgain) {
   const auto info = go(kSmall, "run", kFramesInTests);
   ASSERT_TRUE(info) << info.error().message;

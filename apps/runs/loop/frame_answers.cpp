@@ -20,6 +20,13 @@ constexpr std::uint64_t kMapEvery = 15;
 FrameAnswers::FrameAnswers(const config::Robot& robot, const config::Map& map, Method method, bool maps)
     : robot_(robot), map_(maps ? estimation::without_landmarks(map) : map), method_(method) {
   if (maps) {
+    if (robot.estimator.plan) {
+      throw config::FileError(
+          "{}: estimator.plan: a run that finds its landmarks on the way (--landmarks none) does not use the floor "
+          "plan; "
+          "leave out one of the two, or use a map with landmarks: []",
+          robot.file.string());
+    }
     mapping_.emplace(robot, map);
     why_no_baseline_ = "method paper needs a map of landmarks";
     return;
