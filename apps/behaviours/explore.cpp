@@ -23,6 +23,8 @@ constexpr double kAside_m = 0.35;      // kept to what is new, which may come ne
 constexpr int kLeastBeams = 3;
 constexpr double kThing_m = 0.25;
 constexpr std::size_t kRemembered = 10;
+// Where a thing has gone away, it may come back: for so many scans nothing is entered there.
+constexpr std::uint64_t kBusy = 75;
 // Each way ends with a turn and a start: of two that show as much per second, the longer one is better.
 constexpr double kPause_s = 1;
 // A goal is given up for another that shows so many times as much per second.
@@ -188,6 +190,10 @@ Motion Explore::decide(const localisation::Pose& believed, double /*step_s*/) {
     for (const Eigen::Vector2d& thing_m : scan) {
       floor_.within(thing_m, body_.radius_m + kAside_m, [&](std::size_t cell) { room_[cell] = 0; });
     }
+  }
+  for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
+    if (!floor_.was_busy_within(cell, kBusy)) continue;
+    floor_.within(floor_.middle_m(cell), body_.radius_m + kMargin_m, [&](std::size_t near) { room_[near] = 0; });
   }
   is_easy_ = floor_.room_for(body_.radius_m + kComfort_m);
   for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {

@@ -159,12 +159,15 @@ void SeenFloor::count_free(const localisation::Pose& at, const std::vector<visio
     const bool was_there = cell.evidence > 0 && cell.is_confirmed;
     if (was_there && !(shows_low ? has_floor_at(floor, distance_m) : shows(distance_m, cell.top_m))) return;
     if (cell.evidence <= 0) {
-      if (!shows_low && !is_at_start_ && !cell.is_busy) return;
+      if (!shows_low && !is_at_start_ && cell.busy_by == 0) return;
       cell.is_well_seen |= shows_low;
     }
     cell.evidence = std::min(cell.evidence, std::max(cell.evidence + kMiss, kLeast));
     // A thing that moved away stood on floor.
-    if (was_there && cell.evidence <= 0) cell.is_busy = cell.is_well_seen = true;
+    if (was_there && cell.evidence <= 0) {
+      cell.busy_by = scans_;
+      cell.is_well_seen = true;
+    }
   });
 }
 

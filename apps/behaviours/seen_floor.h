@@ -52,7 +52,11 @@ class SeenFloor {
   /// Returns whether a low thing would have been seen there: everywhere on free floor but round the start.
   [[nodiscard]] bool is_well_seen(std::size_t cell) const { return cells_[cell].is_well_seen; }
   /// Returns whether something that two scans had shown has gone from there: more may come.
-  [[nodiscard]] bool is_busy(std::size_t cell) const { return cells_[cell].is_busy; }
+  [[nodiscard]] bool is_busy(std::size_t cell) const { return cells_[cell].busy_by != 0; }
+  /// Returns whether that was in one of the latest scans.
+  [[nodiscard]] bool was_busy_within(std::size_t cell, std::uint64_t scans) const {
+    return is_busy(cell) && cells_[cell].busy_by + scans > scans_;
+  }
   /// Returns 1 for each cell at whose middle a disc of this radius lies on free cells alone.
   [[nodiscard]] std::vector<std::uint8_t> room_for(double radius_m) const;
   /// Returns the number of cells within the disc that are not free.
@@ -66,12 +70,12 @@ class SeenFloor {
   struct Cell {
     bool is_listed = false;  ///< the map has something there
     bool is_well_seen = false;
-    bool is_busy = false;
     bool is_confirmed = false;  ///< two scans have shown what is there
     float evidence = 0;         ///< > 0: occupied, < kFree: free; 0 at the begin: unknown
     double top_m = 0;           ///< greatest height that was ranged of what is there
     std::uint64_t hit_by = 0;   ///< the number of the latest scan with a thing there
     std::uint64_t since = 0;    ///< that of the scan from which on something is there
+    std::uint64_t busy_by = 0;  ///< that of the latest scan by which something had gone from there; 0: none
   };
   /// Returns whether a thing of that height at that distance is ranged.
   [[nodiscard]] bool shows(double distance_m, double top_m) const;

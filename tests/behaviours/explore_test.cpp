@@ -99,6 +99,9 @@ TEST(SeenFloor, ALowThingStaysWhenTheRobotComesNearAndGoesAfterItWasSeenToBeGone
   for (int k = 0; k < 20; ++k) floor.add(far, scan_of(walls(), far));
   EXPECT_TRUE(floor.is_free(edge)) << "it has gone";
   EXPECT_TRUE(floor.is_busy(edge));
+  EXPECT_TRUE(floor.was_busy_within(edge, 20));
+  for (int k = 0; k < 20; ++k) floor.add(far, scan_of(walls(), far));
+  EXPECT_FALSE(floor.was_busy_within(edge, 20));
 }
 
 TEST(SeenFloor, AThingOfTwoScansGoesOnlyWhereTheFloorIsRanged) {
@@ -198,6 +201,25 @@ TEST(Explore, StopsForWhatComesNear) {
   room.discs.push_back({{pose.x_m + 0.6 * ahead.x(), pose.y_m + 0.6 * ahead.y()}, 0.15});
   explore.see(pose, scan_of(room, pose));
   EXPECT_EQ(explore.decide(pose, kStep_s).speed_mps, 0);
+}
+
+// Catches a robot that waits, or drives, where something has passed and comes back.
+TEST(Explore, KeepsOutOfTheWayOfWhatGoesToAndFro) {
+  constexpr double kThing_m = 0.17;
+  constexpr double kThing_mps = 0.2;
+  Explore explore = explorer(walls());
+  Pose pose{-1.5, 0, 0};
+  double y_m = -1;
+  double way_mps = kThing_mps;
+  for (int k = 0; k < 300; ++k) {
+    y_m += way_mps * kStep_s;
+    if (std::abs(y_m) > 1) way_mps = std::copysign(kThing_mps, -y_m);
+    Arena room = walls();
+    room.discs.push_back({{0.3, y_m}, kThing_m});
+    explore.see(pose, scan_of(room, pose));
+    pose = moved(pose, explore.decide(pose, kStep_s));
+    ASSERT_GT(room.clearance_m({pose.x_m, pose.y_m}), kScout.radius_m) << "after " << k << " steps";
+  }
 }
 
 TEST(Explore, DrivesAroundWhatStands) {
