@@ -254,14 +254,16 @@ class RigSearch {
   /// Takes the first of the other concentric circles with which landmarks stand as on the map. With cones of more than
   /// 90 degrees, the wrong radius may turn what is above the horizon into what is below it, so that nothing fits.
   void fit_other_circles(Side camera) {
-    SelfView& v = view(camera);
-    if (!v.mirror.rim) return;
-    const RimMeasurement before = *v.mirror.rim;
-    for (const RimMeasurement& other : std::vector(v.mirror.others)) {
+    const SelfView view_before = view(camera);
+    const Sightings sightings_before = sightings(camera);
+    const auto fits_before = fits_[std::size_t(camera)];
+    for (const RimMeasurement& other : view_before.mirror.others) {
       fit_to(camera, other);
       if (best_fit(camera).range_scale > 0) return;
     }
-    if (!v.mirror.others.empty()) fit_to(camera, before);
+    view(camera) = view_before;
+    sightings(camera) = sightings_before;
+    fits_[std::size_t(camera)] = fits_before;
   }
 
   void fit_all(Side camera) {
@@ -303,19 +305,13 @@ class RigSearch {
     if (exchanged.reason != NotFound::kNothing) return;
     std::vector<double> logs;
     double expected = 0;
-    for (std::size_t f = 0; f < problem_.frames.size(); ++f) {
-      for (const ColourSighting& a : sightings(Side::kLower)[f]) {
-        for (const ColourSighting& b : sightings(Side::kUpper)[f]) {
-          if (a.landmark != b.landmark || a.at_rim || b.at_rim) continue;
-          if (!is_first(sightings(Side::kLower)[f], a) || !is_first(sightings(Side::kUpper)[f], b)) continue;
-          const double top_m = problem_.landmarks[a.landmark].top_m;
-          if (top_m <= std::max(tip_m(Side::kLower), tip_m(Side::kUpper))) continue;
-          logs.push_back(std::log(a.top_px / focal_px(Side::kLower, Side::kLower)) -
-                         std::log(b.top_px / focal_px(Side::kUpper, Side::kUpper)));
-          expected += std::log((top_m - tip_m(Side::kLower)) / (top_m - tip_m(Side::kUpper)));
-        }
-      }
-    }
+    for_each_pair([&](const ColourSighting& lower, const ColourSighting& upper) {
+      const double top_m = problem_.landmarks[lower.landmark].top_m;
+      if (top_m <= std::max(tip_m(Side::kLower), tip_m(Side::kUpper))) return;
+      logs.push_back(std::log(lower.top_px / focal_px(Side::kLower, Side::kLower)) -
+                     std::log(upper.top_px / focal_px(Side::kUpper, Side::kUpper)));
+      expected += std::log((top_m - tip_m(Side::kLower)) / (top_m - tip_m(Side::kUpper)));
+    });
     exchanged.reason = NotFound::kUndecided;
     if (logs.empty()) {
       decide_exchanged_by_slopes();
@@ -344,16 +340,13 @@ class RigSearch {
   /// lower mirror shows a top at a greater slope than the upper one, by their separation over its distance.
   void decide_exchanged_by_slopes() {
     Decision& exchanged = found_.exchanged;
+    const MirrorView lower = upright_view(Side::kLower);
+    const MirrorView upper = upright_view(Side::kUpper);
     std::vector<double> differences;
-    for (std::size_t f = 0; f < problem_.frames.size(); ++f) {
-      for (const ColourSighting& a : sightings(Side::kLower)[f]) {
-        for (const ColourSighting& b : sightings(Side::kUpper)[f]) {
-          if (a.landmark != b.landmark || a.at_rim || b.at_rim) continue;
-          if (!is_first(sightings(Side::kLower)[f], a) || !is_first(sightings(Side::kUpper)[f], b)) continue;
-          differences.push_back(slope(Side::kLower, a.top_px) - slope(Side::kUpper, b.top_px));
-        }
-      }
-    }
+    for_each_pair([&](const ColourSighting& in_lower, const ColourSighting& in_upper) {
+      differences.push_back(std::tan(lower.elevation_rad(in_lower.top_px)) -
+                            std::tan(upper.elevation_rad(in_upper.top_px)));
+    });
     if (differences.empty()) return;
     double farthest_m = 0;
     for (const Landmark& one : problem_.landmarks) {
@@ -373,11 +366,25 @@ class RigSearch {
     exchanged.value = median < 0;
     exchanged.reason = NotFound::kNothing;
   }
-  /// Returns the slope over the horizon that a radius of a camera's image shows, by the mirror that it should show.
-  double slope(Side camera, double radius_px) {
-    MirrorViewSettings settings = of_view(problem_.rig, camera).settings();
-    settings.rim_radius_px = view(camera).circle->radius_px;
-    return std::tan(MirrorView(settings).elevation_rad(radius_px));
+  /// Returns the view of a camera by the mirror that it should show, for elevations.
+  MirrorView upright_view(Side camera) {
+    return MirrorView(
+        {.cone = of_view(problem_.rig, camera).settings().cone, .rim_radius_px = view(camera).circle->radius_px});
+  }
+  /// Calls `use` with the sightings, in the lower and the upper camera, of each landmark that both see in a frame,
+  /// inside their rims.
+  template <typename Use>
+  void for_each_pair(const Use& use) {
+    for (std::size_t f = 0; f < problem_.frames.size(); ++f) {
+      const std::vector<ColourSighting>& in_lower = sightings(Side::kLower)[f];
+      const std::vector<ColourSighting>& in_upper = sightings(Side::kUpper)[f];
+      for (const ColourSighting& a : in_lower) {
+        for (const ColourSighting& b : in_upper) {
+          if (a.landmark != b.landmark || a.at_rim || b.at_rim) continue;
+          if (is_first(in_lower, a) && is_first(in_upper, b)) use(a, b);
+        }
+      }
+    }
   }
   static bool is_first(const std::vector<ColourSighting>& frame, const ColourSighting& sighting) {
     const auto first = std::ranges::find(frame, sighting.landmark, &ColourSighting::landmark);

@@ -44,9 +44,9 @@ class Explore final : public Behaviour {
   Body body_;
   double reaction_s_;
   SeenFloor floor_;
-  std::vector<std::uint8_t> room_;                         ///< SeenFloor::room_for, less what is near new things
-  std::vector<std::uint8_t> is_easy_;                      ///< has much room, was well seen, and nothing passes there
-  std::vector<std::uint8_t> is_visited_;                   ///< by cell
+  std::vector<std::uint8_t> room_;        ///< SeenFloor::room_for, less what is near things that have come or gone
+  std::vector<std::uint8_t> is_easy_;     ///< has much room, was well seen, and nothing passes there
+  std::vector<std::uint8_t> is_visited_;  ///< by cell
   std::deque<std::vector<Eigen::Vector2d>> new_things_m_;  ///< SeenFloor::add, of the latest scans
   std::optional<std::size_t> goal_;
 };

@@ -7,9 +7,13 @@
 
 namespace twocone::estimation {
 
+vision::DenseRanging dense_ranging(const config::Robot& robot, const config::Map& map) {
+  return {vision::UncertainRig(config::to_rig(robot), config::to_belief_errors(robot, map).vision.rig),
+          {robot.lower.settings.width_px, robot.lower.settings.height_px}};
+}
+
 Scanner::Scanner(const config::Robot& robot, const config::Map& map)
-    : size_(robot.lower.settings.width_px, robot.lower.settings.height_px),
-      ranging_(vision::UncertainRig(config::to_rig(robot), config::to_belief_errors(robot, map).vision.rig), size_) {}
+    : size_(robot.lower.settings.width_px, robot.lower.settings.height_px), ranging_(dense_ranging(robot, map)) {}
 
 std::vector<vision::Beam> Scanner::scan(const Image& lower, const Image& upper) const {
   Image lower_rgb;

@@ -11,11 +11,14 @@
 
 namespace twocone::estimation {
 
+/// Returns what ranges everything in the robot's images. @throws config::FileError for a rig that vision rejects
+vision::DenseRanging dense_ranging(const config::Robot& robot, const config::Map& map);
+
 /// Scans what is around the robot, by full range images. Those of half the azimuths and one round, which take a third
 /// of the time (vision::DenseSettings), miss thin things as the edge of a table top.
 class Scanner {
  public:
-  /// @throws config::FileError for a rig that vision rejects
+  /// @throws as dense_ranging()
   Scanner(const config::Robot& robot, const config::Map& map);
 
   /// @param lower,upper of the robot's cameras, of one time. An image that cannot be used gives unknown beams.

@@ -295,10 +295,10 @@ class Loop {
     FinishedFrame finished{{}, lower, upper, std::move(others), {}};
     if (options_.truth) finished.truth = truth_of(taken);
     Answer answer{record.frame.frame, *position_m, discs_of(answers_.found()), {}, {}};
-    record.scan = scanner_ && answers_.scan().empty() ? scanner_->scan(*lower, *upper) : answers_.scan();
+    if (scanner_ && record.scan.empty()) record.scan = scanner_->scan(*lower, *upper);
     answer.scan = record.scan;
     // Without landmarks there is no fix by which to steer, but the track has a pose by the floor plan.
-    if (scanner_ || robot_.estimator.plan) {
+    if (scanner_ || !record.answer.track->plan.empty()) {
       if (const auto pose = runlog::pose_of(*record.answer.track)) {
         answer.estimate = Pose2{pose->x_m, pose->y_m, pose->heading_rad};
       }

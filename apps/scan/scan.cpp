@@ -14,6 +14,7 @@
 #include <opencv2/core.hpp>
 
 #include "apps/config/to_layers.h"
+#include "apps/estimation/scanner.h"
 #include "apps/estimation/track.h"
 #include "apps/runlog/answer_rows.h"
 #include "apps/runlog/run_data.h"
@@ -144,9 +145,7 @@ Result<ScanCounts> scan(const fs::path& folder, const ScanOptions& options) {
   (void)runlog::read_run_yaml(folder);  // throws before a folder without a run is locked
   const runlog::RunLock lock(folder);
   const runlog::RunData run = runlog::read_run(folder);
-  const config::BeliefErrors errors = config::to_belief_errors(run.robot, run.map);
-  const cv::Size size(run.robot.lower.settings.width_px, run.robot.lower.settings.height_px);
-  const vision::DenseRanging ranging(vision::UncertainRig(config::to_rig(run.robot), errors.vision.rig), size);
+  const vision::DenseRanging ranging = estimation::dense_ranging(run.robot, run.map);
   const auto poses = runlog::at_frames(run, run.estimate);
   ScanCounts counts;
   std::optional<PlanTrack> plan;

@@ -100,6 +100,17 @@ Json rows_of(const std::vector<Row>& rows) {
   return array;
 }
 
+Json scan_of(const std::vector<vision::Beam>& scan) {
+  Json ranges_m = Json::array();
+  std::string states;
+  for (const vision::Beam& beam : scan) {
+    states += to_string(beam.state).front();
+    ranges_m.push_back(beam.state == vision::BeamState::kUnknown ? Json()
+                                                                 : Json(std::round(1000 * beam.range_m) / 1000));
+  }
+  return {{"states", states}, {"ranges_m", std::move(ranges_m)}};
+}
+
 }  // namespace
 
 Json map_of(const config::Map& map) {
@@ -183,21 +194,6 @@ Json Lines::run(const std::string& name, const runlog::RunInfo& info, const Sens
   }
   return json;
 }
-
-namespace {
-
-Json scan_of(const std::vector<vision::Beam>& scan) {
-  Json ranges_m = Json::array();
-  std::string states;
-  for (const vision::Beam& beam : scan) {
-    states += to_string(beam.state).front();
-    ranges_m.push_back(beam.state == vision::BeamState::kUnknown ? Json()
-                                                                 : Json(std::round(1000 * beam.range_m) / 1000));
-  }
-  return {{"states", states}, {"ranges_m", std::move(ranges_m)}};
-}
-
-}  // namespace
 
 Json Lines::frame(const runlog::FrameRecord& record) const {
   Json json{{"type", "frame"}};

@@ -53,10 +53,8 @@ Json clouds_of(const fs::path& folder) {
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(runlog::cloud_file(folder, 0).parent_path(), none)) {
     std::size_t frame = 0;
-    const std::string name = entry.path().stem().string();
-    const auto digits = name.find_first_not_of('0');
-    if (entry.path().extension() != ".ply") continue;
-    if (runlog::parse_field(digits == std::string::npos ? "0" : name.substr(digits), frame)) frames.push_back(frame);
+    const fs::path& file = entry.path();
+    if (file.extension() == ".ply" && runlog::parse_field(file.stem().string(), frame)) frames.push_back(frame);
   }
   std::ranges::sort(frames);
   return frames;

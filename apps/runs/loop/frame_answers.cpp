@@ -47,7 +47,7 @@ std::optional<vision::FrameMotion> FrameAnswers::motion_of(const runlog::FrameRe
 }
 
 Result<localisation::Fix> FrameAnswers::answer(Chain& chain, const Image& lower, const Image& upper,
-                                               const runlog::FrameRecord& record, runlog::AnswerRows& rows) {
+                                               runlog::FrameRecord& record, runlog::AnswerRows& rows) const {
   auto answer = chain.estimator.answer(lower, upper, motion_of(record));
   if (!answer) return answer.error();
   const std::uint64_t frame = record.frame.frame;
@@ -56,7 +56,7 @@ Result<localisation::Fix> FrameAnswers::answer(Chain& chain, const Image& lower,
   rows.track = runlog::to_row(frame, record.odometry.t_s, answer->fix,
                               chain.track.follow(record.drive.t_s, record.drive.left_rad, record.drive.right_rad,
                                                  record.odometry.heading_rad, answer->fix, answer->scan));
-  if (!answer->scan.empty()) scan_ = std::move(answer->scan);
+  if (!answer->scan.empty()) record.scan = std::move(answer->scan);
   rows.timing = runlog::to_row(frame, t_s, answer->timing, estimation::time_limit_of(chain.method, robot_).has_value());
   return answer->fix;
 }

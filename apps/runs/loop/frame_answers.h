@@ -22,14 +22,12 @@ class FrameAnswers {
   /// Returns why method `paper` cannot be the baseline. Empty: it can, or it is the run's method itself.
   [[nodiscard]] const std::string& why_no_baseline() const { return why_no_baseline_; }
 
-  /// Fills in record.answer. Requires the frames in order. Returns the position by which to steer, if there is one.
-  /// Errors: those of Estimator::answer
+  /// Fills in record.answer, and record.scan with estimator.plan. Requires the frames in order. Returns the position by
+  /// which to steer, if there is one. Errors: those of Estimator::answer
   Result<std::optional<Eigen::Vector2d>> answer(const Image& lower, const Image& upper, runlog::FrameRecord& record);
 
   /// Returns the baseline's answers so far.
   [[nodiscard]] const std::vector<runlog::AnswerRows>& baseline() const { return baseline_rows_; }
-  /// Returns the scan of the last frame; empty without estimator.plan.
-  [[nodiscard]] const std::vector<vision::Beam>& scan() const { return scan_; }
   /// Returns the landmarks that were found on the way.
   [[nodiscard]] std::vector<estimation::MappedLandmark> found() const;
   /// Returns a sentence about the frames that took longer than their time budget, or nothing if there are none.
@@ -43,8 +41,9 @@ class FrameAnswers {
   };
   [[nodiscard]] std::optional<vision::FrameMotion> motion_of(const runlog::FrameRecord& record) const;
   Result<std::optional<Eigen::Vector2d>> map_on(const Image& lower, const Image& upper, runlog::FrameRecord& record);
-  Result<localisation::Fix> answer(Chain& chain, const Image& lower, const Image& upper,
-                                   const runlog::FrameRecord& record, runlog::AnswerRows& rows);
+  /// @param rows where the answer goes; a scan goes into the record
+  Result<localisation::Fix> answer(Chain& chain, const Image& lower, const Image& upper, runlog::FrameRecord& record,
+                                   runlog::AnswerRows& rows) const;
 
   const config::Robot& robot_;
   const config::Map map_;  ///< without landmarks where they are found on the way
@@ -54,7 +53,6 @@ class FrameAnswers {
   std::optional<Chain> baseline_;
   std::string why_no_baseline_;
   std::vector<runlog::AnswerRows> baseline_rows_;
-  std::vector<vision::Beam> scan_;
   std::vector<runlog::TimingRow> timing_;
   std::optional<runlog::DriveRow> last_drive_;  ///< of the frame before
 };
