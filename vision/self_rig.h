@@ -124,8 +124,8 @@ struct SelfRig {
 /// 1. find_mirror() for each camera. Of several concentric circles the one is taken with which the landmarks have the
 ///    ranges that the map needs.
 /// 2. Exchanged cameras: the lower mirror shows a top at the greater radius, relative to v = (d / R + cot a) r_m; the
-///    logarithm of the ratio, averaged, has a sign and a sigma. Where no top is above both mirrors' tips, it shows a top
-///    at the greater slope over the horizon.
+///    logarithm of the ratio, averaged, has a sign and a sigma. Where no top is above both mirrors' tips, it shows a
+///    top at the greater slope over the horizon.
 /// 3. Mirrored images: directions and ranges of three and more landmarks fit the map by a rotation and a shift, or only
 ///    after a reflection. Independent of the map: when the wheels turn the body left, image angles decrease.
 /// 4. Relative azimuth: the difference of the image angles of landmarks that both views show. Azimuth: the direction in
