@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <opencv2/core.hpp>
+  #  include <opencv2/core.hpp>
 // #include <Eigen/Core> appears only in this comment.

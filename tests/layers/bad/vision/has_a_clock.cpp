@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
 #include <opencv2/core.hpp>
+#include <chrono>
