@@ -7,26 +7,23 @@
 #include <stdexcept>
 #include <utility>
 
+#include <Eigen/Dense>
+
 #include "base/quantile.h"
-#include "vision/bands/band_finder.h"
-#include "vision/method_arguments.h"
-#include "vision/outline/finder.h"
-#include "vision/self_rig/image_pose.h"
+#include "vision/self_rig/camera_sight.h"
 
 namespace twocone::vision {
 namespace {
 
-constexpr std::size_t kRegions = 2;  // of one colour: another object of that colour may be larger than the landmark
 // By chance a further landmark agrees with a wrong pose with a probability of 2 kBearingLimit_rad / 2 pi: 0.06. Two
 // more landmarks in agreement than the other answer explains happen by chance once in 250.
 constexpr double kLeastSurplus = 2;
 constexpr double kSurplusSigmas = 1.5;  // of one landmark, for the report: 0.06 is 1.5 sigmas
 constexpr double kDecided = 3;          // sigmas
-// A radius of the rim that is found is good to a per cent, also where d / R is off by a ruler's millimetre.
-constexpr double kFoundRadiusShare = 0.02;
-constexpr double kBelievedRadiusShare = CalibrationPriors{}.rim_share;
 // Of the mean slope that a mirror shows, by its radius, its cone and its tilt.
 constexpr double kSlopeSigma = 0.015;
+// Of the wave that tilts of both mirrors by a degree make of a slope.
+constexpr double kWaveSigma = 0.06;
 // Both cameras show one mirror if the disparity is nearer to that of one mirror than this share of what the map needs.
 constexpr double kSameMirror = 0.3;
 // Position of one view's pose, and relative error of a turn by the wheels (5 % of separation or radius).
@@ -35,48 +32,15 @@ constexpr double kTurnShare = 0.05;
 constexpr double kLeastTurn_rad = 0.03;
 constexpr double kMostAzimuthSigma_rad = 0.15;
 
-// A lens half a millimetre off its mirror's axis moves the rim against the tip by a pixel (f e (1/d - 1/(d + R))).
-// Without a tip nothing shows it.
-constexpr double kUncheckedCentreSigma_px = 1;
-
-using Sightings = std::vector<std::vector<ColourSighting>>;  // frame by frame
-using Poses = std::vector<std::optional<ImagePose>>;
-
-/// Returns the standard deviation of values about their median, by base::robust_sigma().
-double scatter_about(double median, std::vector<double> values) {
-  for (double& value : values) value = std::abs(value - median);
-  return base::robust_sigma(std::move(values));
-}
-
-/// The fit of all frames of one camera.
-struct CameraFit {
-  Poses poses;
-  std::size_t fitted = 0;
-  double range_scale = 0;  ///< as SelfView
-  double sigma_range_scale = 0;
-};
-
-/// Returns the offset of a candidate from the middle of the undistorted image.
-/// @param about_px the place in the camera's image from which the candidate is measured
-std::optional<Eigen::Vector2d> undistorted(const MirrorView& lens, const Eigen::Vector2d& about_px,
-                                           const Eigen::Vector2d& middle_px, const Candidate& candidate) {
-  const Complex out = std::polar(candidate.top_px, candidate.angle_rad);
-  const auto place = lens.undistort_px(about_px + Eigen::Vector2d(out.real(), out.imag()));
-  return place ? std::optional<Eigen::Vector2d>(*place - middle_px) : std::nullopt;
-}
-
 /// Work on one problem.
 class RigSearch {
  public:
-  explicit RigSearch(const SelfRigProblem& problem) : problem_(problem), table_(colours_of(problem.landmarks)) {
-    for (std::size_t k = 0; k < problem.landmarks.size(); ++k) {
-      if (!problem.landmarks[k].bands) coloured_.push_back(k);
-    }
+  explicit RigSearch(const SelfRigProblem& problem)
+      : problem_(problem), sights_{sight_camera(problem, Side::kLower), sight_camera(problem, Side::kUpper)} {
+    for (const Side camera : {Side::kLower, Side::kUpper}) view(camera) = sights_[std::size_t(camera)].view;
   }
 
   SelfRig go() {
-    for (const Side camera : {Side::kLower, Side::kUpper}) find_circle(camera);
-    for (const Side camera : {Side::kLower, Side::kUpper}) fit_circle(camera);
     decide_exchanged();
     for (const Side camera : {Side::kLower, Side::kUpper}) decide_mirrored(camera);
     find_relative_azimuth();
@@ -86,203 +50,11 @@ class RigSearch {
 
  private:
   SelfView& view(Side camera) { return found_.views[std::size_t(camera)]; }
-  Sightings& sightings(Side camera) { return sightings_[std::size_t(camera)]; }
-  static Side other(Side side) { return side == Side::kLower ? Side::kUpper : Side::kLower; }
-
-  [[nodiscard]] std::vector<cv::Mat> images(Side camera) const {
-    std::vector<cv::Mat> images;
-    for (const SelfRigFrame& frame : problem_.frames) {
-      const cv::Mat& image = of_view(frame, camera);
-      if (!image.empty()) images.push_back(image);
-    }
-    return images;
-  }
-
-  [[nodiscard]] Sightings sighted(Side camera, const RimCircle& circle) const {
-    Sightings all;
-    const MirrorView& lens = of_view(problem_.rig, camera);
-    const MirrorView banded_view = with_circle(lens, circle);
-    std::optional<BandFinder> finder;  // the images of a camera have one size
-    for (const SelfRigFrame& frame : problem_.frames) {
-      const cv::Mat& image = of_view(frame, camera);
-      all.emplace_back();
-      if (image.empty()) continue;
-      all.back() = sight_by_colour(image, circle, lens, table_, coloured_.size());
-      for (ColourSighting& sighting : all.back()) sighting.landmark = coloured_[sighting.landmark];
-      if (coloured_.size() == problem_.landmarks.size()) continue;
-      if (!finder) finder.emplace(banded_view, image.size());
-      add_bands(image, banded_view, *finder, all.back());
-    }
-    return all;
-  }
-
-  /// Returns the view of a circle, for bands; a view's tilt and places do not matter to their reading.
-  [[nodiscard]] static MirrorView with_circle(const MirrorView& lens, const RimCircle& circle) {
-    MirrorViewSettings settings = lens.settings();
-    settings.centre_px = lens.undistort_px(circle.centre_px).value_or(circle.centre_px);
-    settings.rim_radius_px = circle.radius_px;
-    return MirrorView(settings);
-  }
-
-  /// Adds the landmarks whose bands an image shows.
-  void add_bands(const cv::Mat& image, const MirrorView& view, const BandFinder& finder,
-                 std::vector<ColourSighting>& sightings) const {
-    const Eigen::Vector2d& middle_px = view.settings().centre_px;
-    for (const BandCandidate& bands : finder.find(image)) {
-      const auto is_read = [&](const Landmark& l) { return l.bands && l.bands->number == bands.number; };
-      const auto landmark = std::ranges::find_if(problem_.landmarks, is_read);
-      if (landmark == problem_.landmarks.end()) continue;
-      const auto from = undistorted(view, middle_px, middle_px, bands.candidate);
-      if (!from) continue;
-      sightings.push_back({std::size_t(landmark - problem_.landmarks.begin()), std::atan2(from->y(), from->x()),
-                           from->norm(), bands.candidate.area_px, false});
-    }
-  }
-
-  /// Takes a circle: centre with the tip's help.
-  void take_circle(Side camera, const RimMeasurement& rim) {
-    SelfView& v = view(camera);
-    v.circle = rim;
-    v.centre_px = rim.centre_px;
-    v.sigma_centre_px = std::max(kUncheckedCentreSigma_px, rim.sigma_centre_px);
-    if (!v.mirror.tip) return;
-    // Rim and tip are apart by more than their sigmas where the lens is off the mirror's axis. Their difference shows
-    // by how much, and neither is nearer to the truth of the model, which has one centre.
-    const Eigen::Vector2d apart_px = v.mirror.tip->centre_px - rim.centre_px;
-    const auto square = [](double x) { return x * x; };
-    const double own = square(rim.sigma_centre_px) + square(v.mirror.tip->sigma_px);
-    // Noise alone exceeds this quantile, of chi-squared with two degrees of freedom, once in 100.
-    constexpr double kApart = 9.21;
-    const bool is_off_axis = apart_px.squaredNorm() > kApart * own;
-    const double common = is_off_axis ? std::max(0.0, apart_px.squaredNorm() / 2 - own) : 0;
-    const double rim_weight = 1 / (square(rim.sigma_centre_px) + common);
-    const double tip_weight = 1 / (square(v.mirror.tip->sigma_px) + common);
-    v.centre_px += tip_weight / (rim_weight + tip_weight) * apart_px;
-    v.sigma_centre_px = std::max(
-        {kLeastCentreSigma_px, is_off_axis ? apart_px.norm() / 2 : 0.0, 1 / std::sqrt(rim_weight + tip_weight)});
-  }
-
-  void find_circle(Side camera) {
-    SelfView& v = view(camera);
-    const auto all = images(camera);
-    if (all.empty()) {
-      v.mirror.verdict = MirrorVerdict::kDark;
-      return;
-    }
-    v.mirror = find_mirror(all);
-    if (v.mirror.rim) {
-      take_circle(camera, *v.mirror.rim);
-    } else if (problem_.has_believed_circles && v.mirror.verdict != MirrorVerdict::kDark &&
-               v.mirror.verdict != MirrorVerdict::kEven) {
-      // The rim may have no contrast to its background.
-      const MirrorViewSettings& believed = of_view(problem_.rig, camera).settings();
-      const Eigen::Vector2d centre_px =
-          of_view(problem_.rig, camera).distort_px(believed.centre_px).value_or(believed.centre_px);
-      constexpr double kBelievedCentre_px = CalibrationPriors{}.centre_px;
-      v.is_circle_believed = true;
-      take_circle(camera, {centre_px, believed.rim_radius_px, kBelievedCentre_px,
-                           kBelievedRadiusShare * believed.rim_radius_px, 0, 0});
-    }
-    if (!v.circle) {
-      sightings(camera).resize(problem_.frames.size());
-      return;
-    }
-    sightings(camera) = sighted(camera, {v.centre_px, v.circle->radius_px, 0});
-    std::vector<bool> seen(problem_.landmarks.size());
-    for (const auto& frame : sightings(camera)) {
-      for (const ColourSighting& s : frame) seen[s.landmark] = true;
-    }
-    v.landmarks = std::size_t(std::ranges::count(seen, true));
-  }
-
-  CameraFit fit(Side camera, const Guess& guess) {
-    CameraFit result;
-    std::vector<double> logs;
-    for (const auto& frame : sightings(camera)) {
-      const auto read = ranged(frame, guess, problem_.rig, view(camera).circle->radius_px, problem_.landmarks);
-      auto& pose = result.poses.emplace_back(pose_of(read, problem_.landmarks));
-      if (!pose) continue;
-      result.fitted += pose->fitted.size();
-      logs.push_back(pose->mean_log_scale);
-    }
-    if (logs.empty()) return result;
-    // The frames of a drive share their errors in part: their scatter is taken as that of the mean of three.
-    constexpr double kShared = 3;
-    const double median = base::median(logs);
-    const double scatter = scatter_about(median, logs);
-    result.range_scale = std::exp(-median);
-    result.sigma_range_scale =
-        result.range_scale * std::max(kFoundRadiusShare, std::max(scatter, logs.size() < 3 ? kLogRangeSigma : 0.0) /
-                                                             std::sqrt(std::min(kShared, double(logs.size()))));
-    return result;
-  }
-
-  /// Fits the map with all four guesses, and chooses among concentric circles and believed radii.
-  void fit_circle(Side camera) {
-    SelfView& v = view(camera);
-    if (!v.circle) return;
-    fit_all(camera);
-    if (best_fit(camera).range_scale <= 0) fit_other_circles(camera);
-    const CameraFit& best = best_fit(camera);
-    if (best.range_scale <= 0) return;
-    if (!v.mirror.others.empty()) {
-      const double wanted_px = v.circle->radius_px * best.range_scale;
-      RimMeasurement nearest = *v.mirror.rim;
-      for (const RimMeasurement& other : v.mirror.others) {
-        const auto off = [&](const RimMeasurement& rim) { return std::abs(std::log(rim.radius_px / wanted_px)); };
-        // The innermost stands unless the ranges contradict it.
-        const double sigma = best.sigma_range_scale / best.range_scale;
-        if (off(nearest) > 2 * sigma && off(other) < off(nearest)) nearest = other;
-      }
-      if (nearest.radius_px != v.circle->radius_px) fit_to(camera, nearest);
-    } else if (v.is_circle_believed) {
-      v.circle->radius_px *= best.range_scale;
-      v.circle->sigma_radius_px = best.sigma_range_scale / best.range_scale * v.circle->radius_px;
-      sightings(camera) = sighted(camera, {v.centre_px, v.circle->radius_px, 0});
-      fit_all(camera);
-    }
-  }
-
-  void fit_to(Side camera, const RimMeasurement& rim) {
-    SelfView& v = view(camera);
-    v.mirror.rim = rim;
-    take_circle(camera, rim);
-    sightings(camera) = sighted(camera, {v.centre_px, v.circle->radius_px, 0});
-    fit_all(camera);
-  }
-
-  /// Takes the first of the other concentric circles with which landmarks stand as on the map. With cones of more than
-  /// 90 degrees, the wrong radius may turn what is above the horizon into what is below it, so that nothing fits.
-  void fit_other_circles(Side camera) {
-    const SelfView view_before = view(camera);
-    const Sightings sightings_before = sightings(camera);
-    const auto fits_before = fits_[std::size_t(camera)];
-    for (const RimMeasurement& other : view_before.mirror.others) {
-      fit_to(camera, other);
-      if (best_fit(camera).range_scale > 0) return;
-    }
-    view(camera) = view_before;
-    sightings(camera) = sightings_before;
-    fits_[std::size_t(camera)] = fits_before;
-  }
-
-  void fit_all(Side camera) {
-    for (const bool mirrored : {false, true}) {
-      for (const Side mirror : {Side::kLower, Side::kUpper}) {
-        fits_[std::size_t(camera)][mirrored][std::size_t(mirror)] = fit(camera, {mirrored, mirror});
-      }
-    }
-  }
+  [[nodiscard]] const Sightings& sightings(Side camera) const { return sights_[std::size_t(camera)].sightings; }
   [[nodiscard]] const CameraFit& fit_of(Side camera, const Guess& guess) const {
-    return fits_[std::size_t(camera)][guess.mirrored][std::size_t(guess.mirror)];
+    return sights_[std::size_t(camera)].fit_of(guess);
   }
-  [[nodiscard]] const CameraFit& best_fit(Side camera) const {
-    const CameraFit* best = &fit_of(camera, {false, camera});
-    for (const Guess guess : {Guess{true, camera}, Guess{false, other(camera)}, Guess{true, other(camera)}}) {
-      if (fit_of(camera, guess).fitted > best->fitted) best = &fit_of(camera, guess);
-    }
-    return *best;
-  }
+  static Side other(Side side) { return side == Side::kLower ? Side::kUpper : Side::kLower; }
 
   /// Returns why one camera has nothing to say, or kNothing.
   NotFound reason_of(Side camera) {
@@ -305,7 +77,7 @@ class RigSearch {
     if (exchanged.reason != NotFound::kNothing) return;
     std::vector<double> logs;
     double expected = 0;
-    for_each_pair([&](const ColourSighting& lower, const ColourSighting& upper) {
+    for_each_pair([&](std::size_t /*frame*/, const ColourSighting& lower, const ColourSighting& upper) {
       const double top_m = problem_.landmarks[lower.landmark].top_m;
       if (top_m <= std::max(tip_m(Side::kLower), tip_m(Side::kUpper))) return;
       logs.push_back(std::log(lower.top_px / focal_px(Side::kLower, Side::kLower)) -
@@ -320,8 +92,8 @@ class RigSearch {
     expected /= double(logs.size());
     const double median = base::median(logs);
     const auto radius_share = [&](Side camera) {
-      return view(camera).is_circle_believed && view(camera).range_scale <= 0 ? kBelievedRadiusShare
-                                                                              : kFoundRadiusShare;
+      const RimMeasurement& circle = *view(camera).circle;
+      return std::max(kFoundRadiusShare, circle.sigma_radius_px / circle.radius_px);
     };
     const double scatter = std::max(scatter_about(median, logs), 0.02);
     const double sigma = std::hypot(scatter / std::sqrt(double(logs.size())),
@@ -337,33 +109,52 @@ class RigSearch {
     exchanged.reason = NotFound::kNothing;
   }
   /// Of landmarks that are lower than a mirror, as those of mirrors that see the floor are: whatever its height, the
-  /// lower mirror shows a top at a greater slope than the upper one, by their separation over its distance.
+  /// lower mirror shows a top at the greater slope, by the separation of the mirrors over the top's distance. Tilts of
+  /// the mirrors add a wave once round; it is found with the share of the separation that the images show.
   void decide_exchanged_by_slopes() {
     Decision& exchanged = found_.exchanged;
     const MirrorView lower = upright_view(Side::kLower);
     const MirrorView upper = upright_view(Side::kUpper);
+    const Poses& poses = sights_[0].best_fit(Side::kLower).poses;
+    const double separation_m = tip_m(Side::kUpper) - tip_m(Side::kLower);
+    std::vector<Eigen::Vector3d> rows;
     std::vector<double> differences;
-    for_each_pair([&](const ColourSighting& in_lower, const ColourSighting& in_upper) {
+    for_each_pair([&](std::size_t f, const ColourSighting& in_lower, const ColourSighting& in_upper) {
+      if (!poses[f]) return;
+      const Eigen::Vector2d place(poses[f]->place_m.real(), poses[f]->place_m.imag());
+      rows.emplace_back(separation_m / (place_m(problem_.landmarks[in_lower.landmark]) - place).norm(),
+                        std::cos(in_lower.angle_rad), std::sin(in_lower.angle_rad));
       differences.push_back(std::tan(lower.elevation_rad(in_lower.top_px)) -
                             std::tan(upper.elevation_rad(in_upper.top_px)));
     });
-    if (differences.empty()) return;
-    double farthest_m = 0;
-    for (const Landmark& one : problem_.landmarks) {
-      for (const Landmark& two : problem_.landmarks) {
-        farthest_m = std::max(farthest_m, (place_m(one) - place_m(two)).norm());
+    if (rows.size() < 3) return;
+    const Eigen::Vector3d prior(0, 1 / (kWaveSigma * kWaveSigma), 1 / (kWaveSigma * kWaveSigma));
+    double sigma = kWaveSigma;  // of one difference
+    Eigen::Vector3d found;      // share of the separation, and the wave
+    Eigen::Matrix3d covariance;
+    for (int round = 0; round < 3; ++round) {
+      Eigen::Matrix3d normal = prior.asDiagonal();
+      Eigen::Vector3d right = Eigen::Vector3d::Zero();
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        normal += rows[i] * rows[i].transpose() / (sigma * sigma);
+        right += rows[i] * differences[i] / (sigma * sigma);
       }
+      covariance = normal.inverse();
+      found = covariance * right;
+      std::vector<double> off;
+      for (std::size_t i = 0; i < rows.size(); ++i) off.push_back(std::abs(differences[i] - rows[i].dot(found)));
+      sigma = std::max(kSlopeSigma, base::robust_sigma(std::move(off)));
     }
-    const double median = base::median(differences);
-    const double scatter = scatter_about(median, differences);
-    const double sigma = std::hypot(scatter / std::sqrt(double(differences.size())), kSlopeSigma);
-    exchanged.sigmas = std::abs(median) / sigma;
+    double mean = 0;
+    for (const Eigen::Vector3d& row : rows) mean += row[0] / double(rows.size());
+    const double share = found[0];
+    const double sigma_share = std::hypot(std::sqrt(covariance(0, 0)), kSlopeSigma / mean);
+    exchanged.sigmas = std::abs(share) / sigma_share;
     if (exchanged.sigmas < kDecided) {
-      const double least = (tip_m(Side::kUpper) - tip_m(Side::kLower)) / farthest_m;
-      found_.shows_one_mirror = std::abs(median) < kSameMirror * least && sigma < kSameMirror * least / 2;
+      found_.shows_one_mirror = std::abs(share) < kSameMirror && sigma_share < kSameMirror / 2;
       return;
     }
-    exchanged.value = median < 0;
+    exchanged.value = share < 0;
     exchanged.reason = NotFound::kNothing;
   }
   /// Returns the view of a camera by the mirror that it should show, for elevations.
@@ -371,8 +162,8 @@ class RigSearch {
     return MirrorView(
         {.cone = of_view(problem_.rig, camera).settings().cone, .rim_radius_px = view(camera).circle->radius_px});
   }
-  /// Calls `use` with the sightings, in the lower and the upper camera, of each landmark that both see in a frame,
-  /// inside their rims.
+  /// Calls `use` with the frame and the sightings, in the lower and the upper camera, of each landmark that both see in
+  /// a frame, inside their rims.
   template <typename Use>
   void for_each_pair(const Use& use) {
     for (std::size_t f = 0; f < problem_.frames.size(); ++f) {
@@ -381,7 +172,7 @@ class RigSearch {
       for (const ColourSighting& a : in_lower) {
         for (const ColourSighting& b : in_upper) {
           if (a.landmark != b.landmark || a.at_rim || b.at_rim) continue;
-          if (is_first(in_lower, a) && is_first(in_upper, b)) use(a, b);
+          if (is_first(in_lower, a) && is_first(in_upper, b)) use(f, a, b);
         }
       }
     }
@@ -524,13 +315,19 @@ class RigSearch {
     const Poses& poses = fit_of(camera, {bearing_sign(camera) < 0, Side::kLower}).poses;
     std::vector<Complex> directions;
     std::vector<double> weights;
+    std::vector<double> sigmas;
     for (std::size_t f = 0; f < problem_.frames.size(); ++f) {
       const auto& heading = problem_.frames[f].heading_rad;
       if (!heading || !poses[f]) continue;
       directions.push_back(unit(poses[f]->heading_rad - *heading));
       weights.push_back(1);
+      sigmas.push_back(poses[f]->sigma_heading_rad);
     }
-    if (!directions.empty()) return set(directions, weights, 1, azimuth);
+    if (!directions.empty()) {
+      set(directions, weights, 1, azimuth);
+      azimuth.sigma_rad = std::max(azimuth.sigma_rad, base::median(std::move(sigmas)));
+      return;
+    }
     for (std::size_t f = 1; f < problem_.frames.size(); ++f) {
       const auto& motion = problem_.frames[f].motion;
       if (!motion || !poses[f] || !poses[f - 1]) continue;
@@ -552,11 +349,8 @@ class RigSearch {
   }
 
   const SelfRigProblem& problem_;
-  std::vector<std::size_t> coloured_;  ///< the landmarks of table_'s colours
-  ColourTable table_;
+  std::array<CameraSight, 2> sights_;
   SelfRig found_;
-  std::array<Sightings, 2> sightings_;
-  std::array<std::array<std::array<CameraFit, 2>, 2>, 2> fits_;  ///< by camera, mirrored, mirror
 };
 
 /// Returns the view's settings with the circle of the camera's image, undistorted by the view's lens.
@@ -599,26 +393,6 @@ std::string_view to_string(NotFound reason) {
   constexpr std::array<std::string_view, 6> kNames{"found",       "no_mirror", "no_landmarks",
                                                    "not_the_map", "undecided", "no_motion"};
   return kNames.at(std::size_t(reason));
-}
-
-std::vector<ColourSighting> sight_by_colour(const cv::Mat& rgb, const RimCircle& circle, const MirrorView& lens,
-                                            const ColourTable& colours, std::size_t landmarks) {
-  if (rgb.type() != CV_8UC3) throw std::invalid_argument("sight_by_colour: the image must be of type CV_8UC3 (r g b)");
-  const MirrorView plain({.cone = {.rim_radius_m = 1, .lens_to_tip_m = 1},
-                          .centre_px = circle.centre_px,
-                          .rim_radius_px = circle.radius_px});
-  const Eigen::Vector2d middle = lens.undistort_px(circle.centre_px).value_or(circle.centre_px);
-  const std::vector<Found> found = Finder(plain, rgb.size()).find(rgb, colours, std::vector<bool>(landmarks, true));
-  std::vector<ColourSighting> sightings;
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    const auto& regions = found[k].candidates;
-    for (std::size_t i = 0; i < std::min(kRegions, regions.size()); ++i) {
-      const auto from = undistorted(lens, circle.centre_px, middle, regions[i]);
-      if (!from) continue;
-      sightings.push_back({k, std::atan2(from->y(), from->x()), from->norm(), regions[i].area_px, regions[i].at_rim});
-    }
-  }
-  return sightings;
 }
 
 NotFound SelfRig::missing() const {

@@ -122,12 +122,14 @@ struct SelfRig {
 /// Finds the rig from images:
 ///
 /// 1. find_mirror() for each camera. Of several concentric circles the one is taken with which the landmarks have the
-///    ranges that the map needs.
+///    slopes over the horizon, and the ranges, that the map needs.
 /// 2. Exchanged cameras: the lower mirror shows a top at the greater radius, relative to v = (d / R + cot a) r_m; the
 ///    logarithm of the ratio, averaged, has a sign and a sigma. Where no top is above both mirrors' tips, it shows a
-///    top at the greater slope over the horizon.
+///    top at the greater slope over the horizon, by their separation over the distance; a wave once round, which tilts
+///    of the mirrors cause, is found with it.
 /// 3. Mirrored images: directions and ranges of three and more landmarks fit the map by a rotation and a shift, or only
-///    after a reflection. Independent of the map: when the wheels turn the body left, image angles decrease.
+///    after a reflection. A range counts by the slope of its ray: where it is hardly known, four directions must fit.
+///    Independent of the map: when the wheels turn the body left, image angles decrease.
 /// 4. Relative azimuth: the difference of the image angles of landmarks that both views show. Azimuth: the direction in
 ///    which the body moves over the map, against the wheels' motion; or the given headings.
 /// @throws std::invalid_argument for images of wrong type or size, no frame, or landmarks without a hue

@@ -36,6 +36,7 @@ struct PlantedRig {
   bool has_mast = false;
   double contrast = 0.3;    ///< of the background, which changes at the horizon, a circle within the rim
   bool sees_floor = false;  ///< mirrors of 112 degrees, and landmarks that are lower than the upper one
+  double tilt_rad = 0;      ///< of both mirrors, in opposite directions
 };
 
 /// Centres up to 40 px off, rims up to 20 %, cameras turned by any angle.
@@ -79,6 +80,7 @@ Rig true_rig(const PlantedRig& p) {
     s.rim_radius_px = p.radius_px[i];
     s.azimuth_rad = p.azimuth_rad[i];
     s.mirrored = p.mirrored[i];
+    s.tilt_rad = (i == 0 ? 1 : -1) * p.tilt_rad * Eigen::Vector2d(0.8, 0.6);
     return MirrorView(s);
   };
   return {view(0), view(1)};
@@ -170,6 +172,29 @@ TEST(FindRig, FindsMirrorsThatLookDownAtTheLandmarks) {
     SelfRigProblem twice = problem;
     for (SelfRigFrame& frame : twice.frames) frame.upper = frame.lower;
     EXPECT_FALSE(find_rig(twice).exchanged.value);
+  }
+}
+
+// Catches ranges that are believed where the tops are near the horizon: mirrors that are tilted by two degrees may show
+// a top at twice its distance, or on the wrong side of the horizon.
+TEST(FindRig, FindsTiltedMirrorsWhoseLandmarksEndNearTheHorizon) {
+  for (std::uint64_t seed = 51; seed <= 52; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    PlantedRig p = planted(seed);
+    p.sees_floor = true;
+    p.contrast = 0;
+    p.tilt_rad = 0.035;
+    for (double& radius_px : p.radius_px) radius_px *= 0.85;
+    SelfRigProblem problem{.rig = {MirrorView(believed_view(p, 0)), MirrorView(believed_view(p, 1))},
+                           .landmarks = targets_of(landmarks_of(p)),
+                           .frames = take(p, seed, kDrive)};
+    const SelfRig moved = find_rig(problem);
+    ASSERT_EQ(moved.missing(), NotFound::kNothing);
+    expect_angle(moved.relative_azimuth, p.azimuth_rad[1] - p.azimuth_rad[0], "relative azimuth");
+    expect_angle(moved.azimuth, p.azimuth_rad[0], "azimuth by the drive");
+    problem.frames.resize(1);
+    problem.frames[0].heading_rad = kDrive[0].heading_rad;
+    expect_angle(find_rig(problem).azimuth, p.azimuth_rad[0], "azimuth by the heading");
   }
 }
 

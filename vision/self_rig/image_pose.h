@@ -17,9 +17,10 @@ using Complex = std::complex<double>;
 /// Returns the unit vector of a direction.
 inline Complex unit(double rad) { return std::polar(1.0, rad); }
 
-/// Relative standard deviation of the range that one sighting by colour gives: a camera that is tilted by 2 degrees
-/// moves tops by 25 px, which is a third of a range at the usual radii of 80 px.
+/// Least relative standard deviation of the range that one sighting by colour gives.
 constexpr double kLogRangeSigma = 0.2;
+/// Sigma of the elevation of a top. Of a mirror that is tilted by a degree, it is off by two degrees.
+constexpr double kElevationSigma_rad = 0.05;
 
 /// The answers that are tried for one camera.
 struct Guess {
@@ -30,16 +31,21 @@ struct Guess {
 /// A landmark's sighting with the range that one mirror gives.
 struct Ranged {
   std::size_t landmark;
-  double angle_rad;  ///< counter-clockwise as bearings: negated where the image is mirrored
-  double range_m;    ///< to the axis; 0: not known
+  double angle_rad;               ///< counter-clockwise as bearings: negated where the image is mirrored
+  double range_m;                 ///< to the axis; 0: not known
+  double sigma_log;               ///< standard deviation of the range's logarithm: the less steep the ray, the larger
+  std::optional<double> slope{};  ///< rise over horizontal way of the ray that shows the top
 };
 
 /// Pose of the image's x axis in the world.
 struct ImagePose {
   Complex place_m;
   double heading_rad = 0;
+  double sigma_heading_rad = 0;
   std::vector<std::size_t> fitted;  ///< indices into the frame's sightings
   double mean_log_scale = 0;        ///< of measured ranges over those of the pose
+  double sigma_log_scale = 0;       ///< infinite without a range
+  double mean_slope_error = 0;      ///< of the rays to the tops, over those of the pose
 };
 
 /// Returns the sightings of a frame as the guess reads them, for a mirror that is upright and on the body's axis, with
@@ -47,7 +53,11 @@ struct ImagePose {
 std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const Guess& guess, const Rig& rig,
                            double rim_px, const std::vector<Landmark>& landmarks);
 
-/// Returns the pose with which most sightings agree; nothing if fewer than kLeastRigLandmarks do.
-std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks);
+/// Returns the pose with which most sightings agree; nothing if fewer than kLeastRigLandmarks do. Poses are tried from
+/// each two directions with ranges, and, where these are hardly known, from each three directions; then one more
+/// landmark must agree.
+/// @param tip_m height of the mirror's tip
+std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks,
+                                 double tip_m);
 
 }  // namespace twocone::vision
