@@ -436,6 +436,7 @@ nlohmann::json measured(const std::string& file, const Options& given) {
   const double behind_m = rig.lower.settings().cone.lens_to_tip_m * std::sin(rig.lower.settings().cone.apex_rad);
   const double px_m = rig.mirror_separation_m() / grid.slope_step;
   const int greatest_px = static_cast<int>(px_m / (options.nearest_m + behind_m));
+  // Of upright mirrors, also where the robot's are tilted: so errors of different robots can be compared.
   const auto disparity_px = [&](double range_m) { return px_m / (range_m + behind_m); };
   for (int k = 0; k < options.poses; ++k) {
     const std::string pose = scene.text_of(scene.free_pose(random));
@@ -471,11 +472,11 @@ nlohmann::json measured(const std::string& file, const Options& given) {
         const double true_px = disparity_px(truth.range_m);
         const bool has = image.verdict_at(a, i) == DenseVerdict::kOk;
         if (truth.is_shared && truth.range_m <= options.farthest_m && contrast.at<float>(a, i) >= kTextured) {
-          const bool is_right = std::abs(image.disparity_px.at<float>(a, i) - true_px) <= 1;
+          const bool is_right = std::abs(disparity_px(image.range_m.at<float>(a, i)) - true_px) <= 1;
           judged.at<cv::Vec3b>(a, i) = !has ? kMissing : is_right ? kRight : kWrong;
         }
         ours.add(truth, contrast.at<float>(a, i), has, image.range_m.at<float>(a, i),
-                 image.disparity_px.at<float>(a, i) - true_px, image.sigma_m.at<float>(a, i),
+                 disparity_px(image.range_m.at<float>(a, i)) - true_px, image.sigma_m.at<float>(a, i),
                  image.verdict.at<std::uint8_t>(a, i), options.farthest_m);
         const double d = opencv.at<float>(a, i);
         // No sigma: the usual quarter of a pixel.
