@@ -200,7 +200,7 @@ config::RigView to_file(const vision::MirrorView& view, config::RigView like, co
   like.lens_to_tip_m = s.cone.lens_to_tip_m;
   like.centre_px = {s.centre_px.x(), s.centre_px.y()};
   like.rim_radius_px = s.rim_radius_px;
-  like.azimuth_rad = std::remainder(s.azimuth_rad, 2 * std::numbers::pi);
+  like.azimuth_rad = s.azimuth_rad;
   like.tilt_rad = {s.tilt_rad.x(), s.tilt_rad.y()};
   like.axis_offset_m = {s.axis_offset_m.x(), s.axis_offset_m.y()};
   if (!s.distortion) return like;

@@ -175,6 +175,21 @@ TEST(Calibration, GivesTheRigItself) {
   }
 }
 
+// Catches a rig whose azimuths differ by a turn from those of the robot file that is written from it.
+TEST(Calibration, AzimuthsAreWithinHalfATurn) {
+  const DriveSettings world = planted_world();
+  CalibrationProblem problem = problem_of(world);
+  for (MirrorView* view : {&problem.rig.lower, &problem.rig.upper}) {
+    MirrorViewSettings s = view->settings();
+    s.azimuth_rad += 2 * std::numbers::pi;
+    *view = MirrorView(s);
+  }
+  const CalibrationResult result = calibrate(problem);
+  ASSERT_EQ(result.verdict, CalibrationVerdict::kOk);
+  EXPECT_NEAR(result.rig->lower.settings().azimuth_rad, world.rig.lower.settings().azimuth_rad, 0.02);
+  EXPECT_NEAR(result.rig->upper.settings().azimuth_rad, world.rig.upper.settings().azimuth_rad, 0.02);
+}
+
 /// Checks that the sigmas are true. The errors of the ruler are drawn again for each seed too.
 /// TWOCONE_CASES=20 is the whole (evidence.sh accuracy).
 TEST(Calibration, SigmasAreTrueOverManySeeds) {

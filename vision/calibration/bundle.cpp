@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/plane.h"
 #include "vision/calibration/bundle_rows.h"
 
 namespace twocone::vision::calibration {
@@ -143,7 +144,8 @@ MirrorView to_view(const SharedModel& model, const Shared& numbers, const Mirror
   MirrorViewSettings settings = like;
   settings.centre_px = {n.column, n.row};
   settings.rim_radius_px = n.rim_px;
-  settings.azimuth_rad = n.azimuth;
+  // The solver knows no turns.
+  settings.azimuth_rad = base::wrap_angle_rad(n.azimuth);
   settings.tilt_rad = {n.tilt_x, n.tilt_y};
   settings.axis_offset_m = {n.offset_x, n.offset_y};
   settings.cone = {.apex_rad = n.apex, .rim_radius_m = n.mirror_radius, .lens_to_tip_m = n.lens_to_tip};
