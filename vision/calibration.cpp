@@ -73,6 +73,18 @@ double rms_px(const std::vector<SightingResidual>& residuals, const BundleData& 
   return count == 0 ? 0 : std::sqrt(sum / double(count));
 }
 
+/// As rms_px() of the residuals, weighted by what the sightings state: those of blurred tops may be off by many pixels.
+double weighted_rms_px(const BundleData& data, const BundleState& state, Side side) {
+  double sum = 0;
+  double weight = 0;
+  for (const SightingRow& row : data.sightings) {
+    if (row.side != side || !row.used) continue;
+    sum += (row.whitener * residual_px(data, row, state)).squaredNorm();
+    weight += row.whitener.squaredNorm();
+  }
+  return weight == 0 ? 0 : std::sqrt(sum / weight);
+}
+
 Eigen::Vector2d unbiased_residual_px(const BundleData& data, const SightingRow& row, const BundleState& state) {
   return residual_px(data, row, state) -
          row.axes * (state.biases[row.groups[0]] + state.biases[row.groups[1]] + state.biases[row.groups[2]]);
@@ -233,7 +245,8 @@ CalibrationResult calibrate(const CalibrationProblem& problem) {
     result.sightings[k] = std::size_t(std::count_if(data.sightings.begin(), data.sightings.end(),
                                                     [side](const SightingRow& r) { return r.side == side && r.used; }));
   }
-  if (std::max(result.rms_after_px[0], result.rms_after_px[1]) > kMostScatter_px) return result;
+  const auto scatter_px = [&](Side side) { return weighted_rms_px(data, state, side); };
+  if (std::max(scatter_px(Side::kLower), scatter_px(Side::kUpper)) > kMostScatter_px) return result;
   if (state.unknowns.head<kLatency>().cwiseAbs().maxCoeff() > kMostPriorSigmas) return result;
   result.systematic_px = settings.systematic_px;
   take_parameters(data.model, state.unknowns, covariance, settings.held, result);

@@ -24,6 +24,10 @@ constexpr double kDecided = 3;          // sigmas
 constexpr double kSlopeSigma = 0.015;
 // Of the wave that tilts of both mirrors by a degree make of a slope.
 constexpr double kWaveSigma = 0.06;
+constexpr double kHardlyKnown = 1e-6;  // 1 / sigma^2 of a number about which nothing is known
+constexpr double kTiltSigma_rad = CalibrationPriors{}.tilt_rad;
+// By so much all slopes of a view are wrong if its radius or cone is.
+constexpr double kCommonSlopeSigma = 0.05;
 // Both cameras show one mirror if the disparity is nearer to that of one mirror than this share of what the map needs.
 constexpr double kSameMirror = 0.3;
 // Position of one view's pose, and relative error of a turn by the wheels (5 % of separation or radius).
@@ -31,6 +35,38 @@ constexpr double kPositionSigma_m = 0.05;
 constexpr double kTurnShare = 0.05;
 constexpr double kLeastTurn_rad = 0.03;
 constexpr double kMostAzimuthSigma_rad = 0.15;
+
+/// Three numbers that explain values, rows * numbers.
+struct ThreeFound {
+  Eigen::Vector3d numbers;
+  Eigen::Matrix3d covariance;
+};
+
+/// Returns the least squares whose sigma is that of the residuals, at least kSlopeSigma.
+/// @param prior sigmas of the numbers about 0; 0: not known
+ThreeFound fit_robustly(const std::vector<Eigen::Vector3d>& rows, const std::vector<double>& values,
+                        const Eigen::Vector3d& prior) {
+  const Eigen::Vector3d known =
+      prior.unaryExpr([](double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : kHardlyKnown; });
+  ThreeFound found;
+  double sigma = kWaveSigma;  // of one value
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix3d normal = known.asDiagonal();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      normal += rows[i] * rows[i].transpose() / (sigma * sigma);
+      right += rows[i] * values[i] / (sigma * sigma);
+    }
+    found.covariance = normal.inverse();
+    found.numbers = found.covariance * right;
+    std::vector<double> off;
+    off.reserve(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) off.push_back(std::abs(values[i] - rows[i].dot(found.numbers)));
+    sigma = std::max(kSlopeSigma, base::robust_sigma(std::move(off)));
+  }
+  return found;
+}
 
 /// Work on one problem.
 class RigSearch {
@@ -45,6 +81,7 @@ class RigSearch {
     for (const Side camera : {Side::kLower, Side::kUpper}) decide_mirrored(camera);
     find_relative_azimuth();
     find_azimuth();
+    for (const Side camera : {Side::kLower, Side::kUpper}) find_tilt(camera);
     return std::move(found_);
   }
 
@@ -128,27 +165,11 @@ class RigSearch {
                             std::tan(upper.elevation_rad(in_upper.top_px)));
     });
     if (rows.size() < 3) return;
-    const Eigen::Vector3d prior(0, 1 / (kWaveSigma * kWaveSigma), 1 / (kWaveSigma * kWaveSigma));
-    double sigma = kWaveSigma;  // of one difference
-    Eigen::Vector3d found;      // share of the separation, and the wave
-    Eigen::Matrix3d covariance;
-    for (int round = 0; round < 3; ++round) {
-      Eigen::Matrix3d normal = prior.asDiagonal();
-      Eigen::Vector3d right = Eigen::Vector3d::Zero();
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        normal += rows[i] * rows[i].transpose() / (sigma * sigma);
-        right += rows[i] * differences[i] / (sigma * sigma);
-      }
-      covariance = normal.inverse();
-      found = covariance * right;
-      std::vector<double> off;
-      for (std::size_t i = 0; i < rows.size(); ++i) off.push_back(std::abs(differences[i] - rows[i].dot(found)));
-      sigma = std::max(kSlopeSigma, base::robust_sigma(std::move(off)));
-    }
+    const ThreeFound found = fit_robustly(rows, differences, {0, kWaveSigma, kWaveSigma});
     double mean = 0;
     for (const Eigen::Vector3d& row : rows) mean += row[0] / double(rows.size());
-    const double share = found[0];
-    const double sigma_share = std::hypot(std::sqrt(covariance(0, 0)), kSlopeSigma / mean);
+    const double share = found.numbers[0];
+    const double sigma_share = std::hypot(std::sqrt(found.covariance(0, 0)), kSlopeSigma / mean);
     exchanged.sigmas = std::abs(share) / sigma_share;
     if (exchanged.sigmas < kDecided) {
       found_.shows_one_mirror = std::abs(share) < kSameMirror && sigma_share < kSameMirror / 2;
@@ -348,6 +369,63 @@ class RigSearch {
     }
   }
 
+  /// Bearing of a camera's x axis; believed where it was not found.
+  double azimuth_of(Side camera) {
+    const double lower_rad = found_.azimuth.rad.value_or(problem_.rig.lower.settings().azimuth_rad);
+    return mirror_of(camera) == Side::kLower ? lower_rad : lower_rad + *found_.relative_azimuth.rad;
+  }
+
+  void find_tilt(Side camera) {
+    SelfView& v = view(camera);
+    if (!found_.relative_azimuth.rad) return;
+    const MirrorViewSettings& believed = of_view(problem_.rig, mirror_of(camera)).settings();
+    MirrorViewSettings upright{.cone = believed.cone,
+                               .lens_height_m = believed.lens_height_m,
+                               .rim_radius_px = v.circle->radius_px,
+                               .azimuth_rad = azimuth_of(camera),
+                               .mirrored = *v.mirrored.value};
+    // Both axes, and none.
+    constexpr double kStep_rad = 1e-3;
+    std::vector<MirrorView> views;
+    for (const Eigen::Vector2d& tilt : {Eigen::Vector2d(kStep_rad, 0), {0, kStep_rad}, {0, 0}}) {
+      upright.tilt_rad = tilt;
+      views.emplace_back(upright);
+    }
+    std::vector<Eigen::Vector3d> rows;
+    std::vector<double> errors;
+    const Poses& poses = fit_of(camera, {*v.mirrored.value, mirror_of(camera)}).poses;
+    for (std::size_t f = 0; f < poses.size(); ++f) {
+      if (!poses[f]) continue;
+      for (const std::size_t i : poses[f]->fitted) {
+        const ColourSighting& sighting = sightings(camera)[f][i];
+        if (sighting.at_rim) continue;
+        const Landmark& landmark = problem_.landmarks[sighting.landmark];
+        const double distance_m = std::abs(Complex(landmark.x_m, landmark.y_m) - poses[f]->place_m);
+        std::array<std::optional<double>, 3> error;
+        for (std::size_t k = 0; k < views.size(); ++k) error[k] = slope_error(views[k], sighting, landmark, distance_m);
+        if (!error[0] || !error[1] || !error[2]) continue;
+        rows.emplace_back((*error[0] - *error[2]) / kStep_rad, (*error[1] - *error[2]) / kStep_rad, 1);
+        errors.push_back(-*error[2]);
+      }
+    }
+    if (rows.size() < kLeastRigLandmarks) return;
+    const ThreeFound found = fit_robustly(rows, errors, {kTiltSigma_rad, kTiltSigma_rad, kCommonSlopeSigma});
+    v.tilt_rad = found.numbers.head<2>();
+    v.sigma_tilt_rad = std::max(kLeastTiltSigma_rad, std::sqrt(found.covariance.diagonal().head<2>().maxCoeff()));
+  }
+
+  /// Returns by how much a view shows a top too high, over its distance.
+  static std::optional<double> slope_error(const MirrorView& view, const ColourSighting& sighting,
+                                           const Landmark& landmark, double distance_m) {
+    const Complex at = std::polar(sighting.top_px, sighting.angle_rad);
+    const auto ray = view.back_project({at.real(), at.imag()}, Rim::kGoesOn);
+    if (!ray) return std::nullopt;
+    const Eigen::Vector2d along = ray->direction.head<2>();
+    const double edge_m = distance_m + (ray->looks_down() ? landmark.radius_m : -landmark.radius_m);
+    const double way_m = edge_m - ray->origin_m.head<2>().dot(along.normalized());
+    return (ray->origin_m.z() + ray->direction.z() / along.norm() * way_m - landmark.top_m) / distance_m;
+  }
+
   const SelfRigProblem& problem_;
   std::array<CameraSight, 2> sights_;
   SelfRig found_;
@@ -423,6 +501,7 @@ Rig to_rig(const SelfRig& found, const SelfRigProblem& problem) {
     MirrorViewSettings s = with_circle(MirrorView(start), seen.centre_px, seen.circle->radius_px);
     s.mirrored = *seen.mirrored.value;
     s.azimuth_rad = azimuth_rad;
+    s.tilt_rad = seen.tilt_rad.value_or(s.tilt_rad);
     return MirrorView(s);
   };
   const double azimuth_rad = found.azimuth.rad.value_or(problem.rig.lower.settings().azimuth_rad);

@@ -98,6 +98,9 @@ struct SelfView {
   /// Radius of the rim that the landmarks' ranges need, over that of `circle`, with its sigma; 0: not known.
   double range_scale = 0;
   double sigma_range_scale = 0;
+  /// Tilt of the mirror and its camera, as MirrorViewSettings::tilt_rad; given if a pose was found.
+  std::optional<Eigen::Vector2d> tilt_rad{};
+  double sigma_tilt_rad = 0;  ///< about either axis
 
   /// Returns whether these images give nothing: no mirror was found, and no landmarks where the rig believes it to be.
   [[nodiscard]] bool is_blind() const { return !circle || (is_circle_believed && landmarks < 3); }
@@ -132,14 +135,17 @@ struct SelfRig {
 ///    Independent of the map: when the wheels turn the body left, image angles decrease.
 /// 4. Relative azimuth: the difference of the image angles of landmarks that both views show. Azimuth: the direction in
 ///    which the body moves over the map, against the wheels' motion; or the given headings.
+/// 5. Tilts: the slopes at which tops are seen from the poses, against those of the map, have a wave once round.
 /// @throws std::invalid_argument for images of wrong type or size, no frame, or landmarks without a hue
 SelfRig find_rig(const SelfRigProblem& problem);
 
-/// Returns the believed rig with the centres, rim radii, azimuths and mirrored flags that were found. The views are in
-/// the order of the mirrors: with exchanged cameras `lower` describes the images of the camera that the file calls
-/// upper. Requires `missing()` to be kNothing.
+/// Returns the believed rig with the centres, rim radii, azimuths, mirrored flags and tilts that were found. The views
+/// are in the order of the mirrors: with exchanged cameras `lower` describes the images of the camera that the file
+/// calls upper. Requires `missing()` to be kNothing.
 Rig to_rig(const SelfRig& found, const SelfRigProblem& problem);
 
+/// Centres that are a pixel off look like so much tilt.
+constexpr double kLeastTiltSigma_rad = 0.003;
 /// What edges without anti-aliasing leave, and a lens that makes the rim an ellipse beside the tip. Sixty robots as
 /// built, in synthetic images, have 0.105 px in either direction.
 constexpr double kLeastCentreSigma_px = 0.12;

@@ -112,6 +112,28 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
       file.mirrored = seen.mirrored;
     }
   }
+  // A sigma of tilts counts for both views, so that both are replaced if one is.
+  const auto tilt_of = [&](Side side) { return found.views[std::size_t(side) ^ std::size_t(exchanged)].tilt_rad; };
+  const auto file_tilt = [&](Side side) {
+    const auto& tilt_rad = (side == Side::kLower ? answer.rig.lower : answer.rig.upper).tilt_rad;
+    return Eigen::Vector2d(tilt_rad[0], tilt_rad[1]);
+  };
+  const auto is_tilted = [&](Side side) {
+    const double sigma_rad = found.views[std::size_t(side) ^ std::size_t(exchanged)].sigma_tilt_rad;
+    return (*tilt_of(side) - file_tilt(side)).norm() > std::max(kSameTilt_rad, kSameSigmas * sigma_rad);
+  };
+  if (tilt_of(Side::kLower) && tilt_of(Side::kUpper) && (is_tilted(Side::kLower) || is_tilted(Side::kUpper))) {
+    for (const Side side : {Side::kLower, Side::kUpper}) {
+      const Eigen::Vector2d in_file = file_tilt(side);
+      const Eigen::Vector2d seen = *tilt_of(side);
+      answer.differences.push_back({fmt::format("{}.tilt_rad", kCameraNames[std::size_t(side)]),
+                                    fmt::format("({:.1f}, {:.1f})", degrees(in_file.x()), degrees(in_file.y())),
+                                    fmt::format("({:.1f}, {:.1f}) degrees", degrees(seen.x()), degrees(seen.y()))});
+      (side == Side::kLower ? answer.rig.lower : answer.rig.upper).tilt_rad = {seen.x(), seen.y()};
+      replaced.tilt_rad =
+          std::max(replaced.tilt_rad, found.views[std::size_t(side) ^ std::size_t(exchanged)].sigma_tilt_rad);
+    }
+  }
   // The body's direction is that of the lower view; where it is not found, the file's holds, and the upper view's
   // azimuth is relative to it.
   double lower_rad = robot.rig.lower.azimuth_rad;
@@ -142,6 +164,7 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
   set(sigma.centre_px, replaced.centre_px);
   set(sigma.rim_radius_px, replaced.rim_radius_px);
   set(sigma.azimuth_rad, replaced.azimuth_rad);
+  set(sigma.tilt_rad, replaced.tilt_rad);
   answer.rig.sigma = sigma;
   return answer;
 }
@@ -155,6 +178,7 @@ std::vector<config::KeyChange> changes_to(const SelfRigAnswer& answer) {
     std::string value;
     if (key == "centre_px") value = fmt::format("[{}, {}]", view.centre_px[0], view.centre_px[1]);
     if (key == "rim_radius_px") value = fmt::format("{}", view.rim_radius_px);
+    if (key == "tilt_rad") value = fmt::format("[{}, {}]", view.tilt_rad[0], view.tilt_rad[1]);
     if (key == "azimuth_rad") value = fmt::format("{}", view.azimuth_rad);
     if (key == "mirrored") value = fmt::format("{}", view.mirrored);
     changes.push_back({fmt::format("rig.{}", difference.key), value});

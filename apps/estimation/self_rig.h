@@ -33,15 +33,17 @@ struct SelfRigAnswer {
 constexpr double kSameCentre_px = 2;
 constexpr double kSameRadiusShare = 0.01;
 constexpr double kSameAzimuth_rad = 0.035;
+constexpr double kSameTilt_rad = 0.009;
 constexpr double kSameSigmas = 3;
 
 /// Which numbers of a robot file are replaced by those of the images.
 enum class Replace { kContradicted, kAll };
 
 /// Replaces the numbers of the robot file that differ from those found by more than the limits above and kSameSigmas of
-/// the finder's sigmas. Sizes, heights, tilts, offsets and lenses are kept. Requires found.missing() to be kNothing.
+/// the finder's sigmas. Sizes, heights, offsets and lenses are kept. Requires found.missing() to be kNothing.
 /// With exchanged cameras, `lower` is the lower mirror, which the camera shows that the file calls upper.
-/// With Replace::kAll every number that was found is replaced, with its own sigma.
+/// With Replace::kAll every number that was found is replaced, with its own sigma; tilts only if they differ, because
+/// careful assembly is better than these.
 SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRig& found,
                                 const vision::SelfRigProblem& problem, Replace which = Replace::kContradicted);
 

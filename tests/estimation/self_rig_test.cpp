@@ -95,6 +95,24 @@ TEST(SelfRig, NumbersThatTheImagesContradictAreReplacedWithTheirSigmas) {
 }
 
 // Catches a rim that is stated as exactly as the images show it, although a lens that is not known has moved it there.
+// Catches one sigma for a tilt that was found and another that was only believed, and tilts that replace better ones.
+TEST(SelfRig, BothTiltsAreReplacedIfOneIsContradicted) {
+  vision::SelfRig found = as_in_file();
+  for (vision::SelfView& view : found.views) {
+    view.tilt_rad = Eigen::Vector2d(0.004, -0.003);
+    view.sigma_tilt_rad = 0.003;
+  }
+  EXPECT_THAT(keys_of(compared(lab_robot(), found)), ElementsAre());
+  found.views[1].tilt_rad = Eigen::Vector2d(0.03, 0.01);
+  found.views[1].sigma_tilt_rad = 0.004;
+  const SelfRigAnswer answer = compared(lab_robot(), found);
+  EXPECT_THAT(keys_of(answer), ElementsAre("lower.tilt_rad", "upper.tilt_rad"));
+  EXPECT_THAT(answer.rig.lower.tilt_rad, ElementsAre(0.004, -0.003));
+  EXPECT_THAT(answer.rig.upper.tilt_rad, ElementsAre(0.03, 0.01));
+  ASSERT_TRUE(answer.rig.sigma);
+  EXPECT_DOUBLE_EQ(answer.rig.sigma->tilt_rad, 0.004);
+}
+
 TEST(SelfRig, ALensThatIsNotKnownCountsInTheRimsSigma) {
   vision::SelfRig found = as_in_file();
   found.views[1].circle->radius_px = 197.5;

@@ -192,6 +192,15 @@ TEST(FindRig, FindsTiltedMirrorsWhoseLandmarksEndNearTheHorizon) {
     ASSERT_EQ(moved.missing(), NotFound::kNothing);
     expect_angle(moved.relative_azimuth, p.azimuth_rad[1] - p.azimuth_rad[0], "relative azimuth");
     expect_angle(moved.azimuth, p.azimuth_rad[0], "azimuth by the drive");
+    const Rig truth = true_rig(p);
+    for (const Side camera : {Side::kLower, Side::kUpper}) {
+      const SelfView& view = moved.views[std::size_t(camera)];
+      ASSERT_TRUE(view.tilt_rad) << to_string(camera);
+      const Side mirror = p.exchanged == (camera == Side::kLower) ? Side::kUpper : Side::kLower;
+      const Eigen::Vector2d off_rad = *view.tilt_rad - of_view(truth, mirror).settings().tilt_rad;
+      EXPECT_LT(off_rad.norm(), kSigmas * view.sigma_tilt_rad) << to_string(camera);
+      EXPECT_LT(view.sigma_tilt_rad, 0.01) << to_string(camera);
+    }
     problem.frames.resize(1);
     problem.frames[0].heading_rad = kDrive[0].heading_rad;
     expect_angle(find_rig(problem).azimuth, p.azimuth_rad[0], "azimuth by the heading");
