@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Dense>
 
@@ -18,6 +19,8 @@ constexpr double kBearingSigma_rad = 0.03;
 constexpr double kRangeSigmas = 2.25;
 // Two ranges that are known worse give no pose from which to start.
 constexpr double kMostStartSigma = 0.4;
+// All threes of more sightings would take seconds; these are enough to find the pose.
+constexpr std::size_t kMostForThree = 24;
 constexpr int kPoseIterations = 8;
 
 Complex place_of(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
@@ -128,13 +131,28 @@ class Starts {
     best_ = std::move(pose);
   }
 
-  std::optional<ImagePose> best_;
+  std::optional<ImagePose> take() { return std::move(best_); }
 
  private:
   const std::vector<Ranged>& sightings_;
   const std::vector<Landmark>& landmarks_;
+  std::optional<ImagePose> best_;
   std::size_t surplus_ = 0;
 };
+
+double mean_slope_error(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks, double tip_m,
+                        const ImagePose& pose) {
+  double errors = 0;
+  int count = 0;
+  for (const std::size_t i : pose.fitted) {
+    const Ranged& s = sightings[i];
+    if (!s.slope) continue;
+    const Landmark& landmark = landmarks[s.landmark];
+    errors += *s.slope - (landmark.top_m - tip_m) / std::abs(place_of(landmark) - pose.place_m);
+    ++count;
+  }
+  return count > 0 ? errors / count : 0;
+}
 
 }  // namespace
 
@@ -150,7 +168,8 @@ std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const G
     const auto axis_m = ray ? axis_at_height(view, *ray, landmark.radius_m, landmark.top_m) : std::nullopt;
     const double range_m = !s.at_rim && axis_m ? axis_m->norm() : 0;
     const double rise_m = std::abs(landmark.top_m - view.tip_m().z());
-    const double by_elevation = rise_m > 0 ? kElevationSigma_rad * (range_m / rise_m + rise_m / range_m) : 0;
+    const double by_elevation =
+        rise_m > 0 && range_m > 0 ? kElevationSigma_rad * (range_m / rise_m + rise_m / range_m) : 0;
     result.push_back({s.landmark, guess.mirrored ? -s.angle_rad : s.angle_rad, range_m,
                       std::max(kLogRangeSigma, by_elevation),
                       ray ? std::optional(ray->direction.z() / ray->direction.head<2>().norm()) : std::nullopt});
@@ -168,14 +187,14 @@ std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std
       if (a.landmark == b.landmark) continue;
       const bool are_sure = is_sure(a) && is_sure(b);
       if (are_sure) starts.try_pose(pose_from_two(a, b, landmarks), 3);
-      for (std::size_t k = j + 1; k < sightings.size() && !are_sure; ++k) {
+      for (std::size_t k = j + 1; k < std::min(sightings.size(), kMostForThree) && !are_sure; ++k) {
         const Ranged& c = sightings[k];
         if (c.landmark == a.landmark || c.landmark == b.landmark) continue;
         if (const auto pose = pose_from_three(a, b, c, landmarks)) starts.try_pose(*pose, 4);
       }
     }
   }
-  std::optional<ImagePose>& best = starts.best_;
+  std::optional<ImagePose> best = starts.take();
   if (!best) return std::nullopt;
   refine(sightings, landmarks, *best);
   const ImagePose before = *best;
@@ -185,16 +204,7 @@ std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std
   } else {
     refine(sightings, landmarks, *best);
   }
-  double errors = 0;
-  int count = 0;
-  for (const std::size_t i : best->fitted) {
-    const Ranged& s = sightings[i];
-    if (!s.slope) continue;
-    const Landmark& landmark = landmarks[s.landmark];
-    errors += *s.slope - (landmark.top_m - tip_m) / std::abs(place_of(landmark) - best->place_m);
-    ++count;
-  }
-  best->mean_slope_error = count > 0 ? errors / count : 0;
+  best->mean_slope_error = mean_slope_error(sightings, landmarks, tip_m, *best);
   return best;
 }
 
