@@ -68,6 +68,12 @@ ThreeFound fit_robustly(const std::vector<Eigen::Vector3d>& rows, const std::vec
   return found;
 }
 
+/// Returns the azimuth of a mirror's view; the body's direction is believed where it was not found.
+double azimuth_of(Side mirror, const SelfRig& found, const SelfRigProblem& problem) {
+  const double lower_rad = found.azimuth.rad.value_or(problem.rig.lower.settings().azimuth_rad);
+  return mirror == Side::kLower ? lower_rad : base::wrap_angle_rad(lower_rad + *found.relative_azimuth.rad);
+}
+
 /// Work on one problem.
 class RigSearch {
  public:
@@ -145,21 +151,21 @@ class RigSearch {
     exchanged.value = median < 0;
     exchanged.reason = NotFound::kNothing;
   }
+
   /// Of landmarks that are lower than a mirror, as those of mirrors that see the floor are: whatever its height, the
   /// lower mirror shows a top at the greater slope, by the separation of the mirrors over the top's distance. Tilts of
   /// the mirrors add a wave once round; it is found with the share of the separation that the images show.
   void decide_exchanged_by_slopes() {
     Decision& exchanged = found_.exchanged;
-    const MirrorView lower = upright_view(Side::kLower);
-    const MirrorView upper = upright_view(Side::kUpper);
-    const Poses& poses = sights_[0].best_fit(Side::kLower).poses;
+    const MirrorView lower = upright_view(problem_.rig, Side::kLower, view(Side::kLower).circle->radius_px);
+    const MirrorView upper = upright_view(problem_.rig, Side::kUpper, view(Side::kUpper).circle->radius_px);
+    const Poses& poses = sights_[0].best_fit().poses;
     const double separation_m = tip_m(Side::kUpper) - tip_m(Side::kLower);
     std::vector<Eigen::Vector3d> rows;
     std::vector<double> differences;
     for_each_pair([&](std::size_t f, const ColourSighting& in_lower, const ColourSighting& in_upper) {
       if (!poses[f]) return;
-      const Eigen::Vector2d place(poses[f]->place_m.real(), poses[f]->place_m.imag());
-      rows.emplace_back(separation_m / (place_m(problem_.landmarks[in_lower.landmark]) - place).norm(),
+      rows.emplace_back(separation_m / std::abs(place_of(problem_.landmarks[in_lower.landmark]) - poses[f]->place_m),
                         std::cos(in_lower.angle_rad), std::sin(in_lower.angle_rad));
       differences.push_back(std::tan(lower.elevation_rad(in_lower.top_px)) -
                             std::tan(upper.elevation_rad(in_upper.top_px)));
@@ -178,11 +184,7 @@ class RigSearch {
     exchanged.value = share < 0;
     exchanged.reason = NotFound::kNothing;
   }
-  /// Returns the view of a camera by the mirror that it should show, for elevations.
-  MirrorView upright_view(Side camera) {
-    return MirrorView(
-        {.cone = of_view(problem_.rig, camera).settings().cone, .rim_radius_px = view(camera).circle->radius_px});
-  }
+
   /// Calls `use` with the frame and the sightings, in the lower and the upper camera, of each landmark that both see in
   /// a frame, inside their rims.
   template <typename Use>
@@ -369,38 +371,29 @@ class RigSearch {
     }
   }
 
-  /// Bearing of a camera's x axis; believed where it was not found.
-  double azimuth_of(Side camera) {
-    const double lower_rad = found_.azimuth.rad.value_or(problem_.rig.lower.settings().azimuth_rad);
-    return mirror_of(camera) == Side::kLower ? lower_rad : lower_rad + *found_.relative_azimuth.rad;
-  }
-
   void find_tilt(Side camera) {
     SelfView& v = view(camera);
     if (!found_.relative_azimuth.rad) return;
-    const MirrorViewSettings& believed = of_view(problem_.rig, mirror_of(camera)).settings();
-    MirrorViewSettings upright{.cone = believed.cone,
-                               .lens_height_m = believed.lens_height_m,
-                               .rim_radius_px = v.circle->radius_px,
-                               .azimuth_rad = azimuth_of(camera),
-                               .mirrored = *v.mirrored.value};
+    const Side mirror = mirror_of(camera);
+    MirrorViewSettings settings = upright_view(problem_.rig, mirror, v.circle->radius_px).settings();
+    settings.azimuth_rad = azimuth_of(mirror, found_, problem_);
+    settings.mirrored = *v.mirrored.value;
     // Both axes, and none.
     constexpr double kStep_rad = 1e-3;
     std::vector<MirrorView> views;
     for (const Eigen::Vector2d& tilt : {Eigen::Vector2d(kStep_rad, 0), {0, kStep_rad}, {0, 0}}) {
-      upright.tilt_rad = tilt;
-      views.emplace_back(upright);
+      settings.tilt_rad = tilt;
+      views.emplace_back(settings);
     }
     std::vector<Eigen::Vector3d> rows;
     std::vector<double> errors;
-    const Poses& poses = fit_of(camera, {*v.mirrored.value, mirror_of(camera)}).poses;
+    const Poses& poses = fit_of(camera, {settings.mirrored, mirror}).poses;
     for (std::size_t f = 0; f < poses.size(); ++f) {
       if (!poses[f]) continue;
       for (const std::size_t i : poses[f]->fitted) {
         const ColourSighting& sighting = sightings(camera)[f][i];
-        if (sighting.at_rim) continue;
         const Landmark& landmark = problem_.landmarks[sighting.landmark];
-        const double distance_m = std::abs(Complex(landmark.x_m, landmark.y_m) - poses[f]->place_m);
+        const double distance_m = std::abs(place_of(landmark) - poses[f]->place_m);
         std::array<std::optional<double>, 3> error;
         for (std::size_t k = 0; k < views.size(); ++k) error[k] = slope_error(views[k], sighting, landmark, distance_m);
         if (!error[0] || !error[1] || !error[2]) continue;
@@ -412,18 +405,6 @@ class RigSearch {
     const ThreeFound found = fit_robustly(rows, errors, {kTiltSigma_rad, kTiltSigma_rad, kCommonSlopeSigma});
     v.tilt_rad = found.numbers.head<2>();
     v.sigma_tilt_rad = std::max(kLeastTiltSigma_rad, std::sqrt(found.covariance.diagonal().head<2>().maxCoeff()));
-  }
-
-  /// Returns by how much a view shows a top too high, over its distance.
-  static std::optional<double> slope_error(const MirrorView& view, const ColourSighting& sighting,
-                                           const Landmark& landmark, double distance_m) {
-    const Complex at = std::polar(sighting.top_px, sighting.angle_rad);
-    const auto ray = view.back_project({at.real(), at.imag()}, Rim::kGoesOn);
-    if (!ray) return std::nullopt;
-    const Eigen::Vector2d along = ray->direction.head<2>();
-    const double edge_m = distance_m + (ray->looks_down() ? landmark.radius_m : -landmark.radius_m);
-    const double way_m = edge_m - ray->origin_m.head<2>().dot(along.normalized());
-    return (ray->origin_m.z() + ray->direction.z() / along.norm() * way_m - landmark.top_m) / distance_m;
   }
 
   const SelfRigProblem& problem_;
@@ -492,7 +473,7 @@ Rig to_rig(const SelfRig& found, const SelfRigProblem& problem) {
     const bool is_lower = (mirror == Side::kLower) != exchanged;
     return is_lower ? Side::kLower : Side::kUpper;
   };
-  const auto made = [&](Side mirror, double azimuth_rad) {
+  const auto made = [&](Side mirror) {
     const SelfView& seen = found.views[std::size_t(camera_of(mirror))];
     const MirrorView& believed = of_view(problem.rig, mirror);
     // The lens belongs to the camera, everything else to the mirror.
@@ -500,13 +481,11 @@ Rig to_rig(const SelfRig& found, const SelfRigProblem& problem) {
     start.distortion = of_view(problem.rig, camera_of(mirror)).settings().distortion;
     MirrorViewSettings s = with_circle(MirrorView(start), seen.centre_px, seen.circle->radius_px);
     s.mirrored = *seen.mirrored.value;
-    s.azimuth_rad = azimuth_rad;
+    s.azimuth_rad = azimuth_of(mirror, found, problem);
     s.tilt_rad = seen.tilt_rad.value_or(s.tilt_rad);
     return MirrorView(s);
   };
-  const double azimuth_rad = found.azimuth.rad.value_or(problem.rig.lower.settings().azimuth_rad);
-  return {made(Side::kLower, azimuth_rad),
-          made(Side::kUpper, base::wrap_angle_rad(azimuth_rad + *found.relative_azimuth.rad))};
+  return {made(Side::kLower), made(Side::kUpper)};
 }
 
 }  // namespace twocone::vision

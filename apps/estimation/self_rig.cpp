@@ -77,11 +77,14 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
     std::swap(answer.rig.lower.distortion_principal_px, answer.rig.upper.distortion_principal_px);
     std::swap(answer.rig.lower.camera_info, answer.rig.upper.camera_info);
   }
+  const auto seen_in = [&](Side side) -> const vision::SelfView& {
+    return found.views[std::size_t(side) ^ std::size_t(exchanged)];
+  };
   for (const Side side : {Side::kLower, Side::kUpper}) {
     const char* const name = kCameraNames[std::size_t(side)];
     const vision::MirrorViewSettings& seen = of_view(rig, side).settings();
-    const vision::SelfView& view = found.views[std::size_t(side) ^ std::size_t(exchanged)];
-    config::RigView& file = side == Side::kLower ? answer.rig.lower : answer.rig.upper;
+    const vision::SelfView& view = seen_in(side);
+    config::RigView& file = of_view(answer.rig, side);
     const auto add = [&](const char* key, const std::string& in_file, const std::string& text) {
       const std::string full = fmt::format("{}.{}", name, key);
       answer.differences.push_back({full, is_missing(robot.rig, full) ? "" : in_file, text});
@@ -113,25 +116,22 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
     }
   }
   // A sigma of tilts counts for both views, so that both are replaced if one is.
-  const auto tilt_of = [&](Side side) { return found.views[std::size_t(side) ^ std::size_t(exchanged)].tilt_rad; };
-  const auto file_tilt = [&](Side side) {
-    const auto& tilt_rad = (side == Side::kLower ? answer.rig.lower : answer.rig.upper).tilt_rad;
-    return Eigen::Vector2d(tilt_rad[0], tilt_rad[1]);
-  };
   const auto is_tilted = [&](Side side) {
-    const double sigma_rad = found.views[std::size_t(side) ^ std::size_t(exchanged)].sigma_tilt_rad;
-    return (*tilt_of(side) - file_tilt(side)).norm() > std::max(kSameTilt_rad, kSameSigmas * sigma_rad);
+    const Eigen::Vector2d in_file(of_view(answer.rig, side).tilt_rad.data());
+    const double limit_rad = std::max(kSameTilt_rad, kSameSigmas * seen_in(side).sigma_tilt_rad);
+    return (*seen_in(side).tilt_rad - in_file).norm() > limit_rad;
   };
-  if (tilt_of(Side::kLower) && tilt_of(Side::kUpper) && (is_tilted(Side::kLower) || is_tilted(Side::kUpper))) {
+  const bool have_tilts = seen_in(Side::kLower).tilt_rad && seen_in(Side::kUpper).tilt_rad;
+  if (have_tilts && (is_tilted(Side::kLower) || is_tilted(Side::kUpper))) {
     for (const Side side : {Side::kLower, Side::kUpper}) {
-      const Eigen::Vector2d in_file = file_tilt(side);
-      const Eigen::Vector2d seen = *tilt_of(side);
-      answer.differences.push_back({fmt::format("{}.tilt_rad", kCameraNames[std::size_t(side)]),
-                                    fmt::format("({:.1f}, {:.1f})", degrees(in_file.x()), degrees(in_file.y())),
-                                    fmt::format("({:.1f}, {:.1f}) degrees", degrees(seen.x()), degrees(seen.y()))});
-      (side == Side::kLower ? answer.rig.lower : answer.rig.upper).tilt_rad = {seen.x(), seen.y()};
-      replaced.tilt_rad =
-          std::max(replaced.tilt_rad, found.views[std::size_t(side) ^ std::size_t(exchanged)].sigma_tilt_rad);
+      auto& tilt_rad = of_view(answer.rig, side).tilt_rad;
+      const Eigen::Vector2d& seen_rad = *seen_in(side).tilt_rad;
+      answer.differences.push_back(
+          {fmt::format("{}.tilt_rad", kCameraNames[std::size_t(side)]),
+           fmt::format("({:.1f}, {:.1f})", degrees(tilt_rad[0]), degrees(tilt_rad[1])),
+           fmt::format("({:.1f}, {:.1f}) degrees", degrees(seen_rad.x()), degrees(seen_rad.y()))});
+      tilt_rad = {seen_rad.x(), seen_rad.y()};
+      replaced.tilt_rad = std::max(replaced.tilt_rad, seen_in(side).sigma_tilt_rad);
     }
   }
   // The body's direction is that of the lower view; where it is not found, the file's holds, and the upper view's

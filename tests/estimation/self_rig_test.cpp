@@ -94,7 +94,6 @@ TEST(SelfRig, NumbersThatTheImagesContradictAreReplacedWithTheirSigmas) {
   EXPECT_THAT(changes.back(), HasSubstr("centre_px: 0.5"));
 }
 
-// Catches a rim that is stated as exactly as the images show it, although a lens that is not known has moved it there.
 // Catches one sigma for a tilt that was found and another that was only believed, and tilts that replace better ones.
 TEST(SelfRig, BothTiltsAreReplacedIfOneIsContradicted) {
   vision::SelfRig found = as_in_file();
@@ -113,6 +112,7 @@ TEST(SelfRig, BothTiltsAreReplacedIfOneIsContradicted) {
   EXPECT_DOUBLE_EQ(answer.rig.sigma->tilt_rad, 0.004);
 }
 
+// Catches a rim that is stated as exactly as the images show it, although a lens that is not known has moved it there.
 TEST(SelfRig, ALensThatIsNotKnownCountsInTheRimsSigma) {
   vision::SelfRig found = as_in_file();
   found.views[1].circle->radius_px = 197.5;

@@ -45,7 +45,7 @@ class CameraSearch {
     CameraSight sight = with_circle_of_images();
     if (!sight.view.circle) return sight;
     fit_all(sight);
-    if (sight.slope_error(camera_) > kElevationSigma_rad) choose_by_slopes(sight);
+    if (sight.least_slope_error() > kElevationSigma_rad) choose_by_slopes(sight);
     choose_by_ranges(sight);
     return sight;
   }
@@ -124,7 +124,7 @@ class CameraSearch {
   }
 
   [[nodiscard]] CameraSight with_circle_of_images() const {
-    CameraSight sight;
+    CameraSight sight{.camera = camera_, .view = {}, .sightings = {}, .fits = {}};
     sight.sightings.resize(problem_.frames.size());
     SelfView& v = sight.view;
     const auto all = images();
@@ -157,18 +157,33 @@ class CameraSearch {
     return sight;
   }
 
+  [[nodiscard]] double mean_slope_error(const MirrorView& view, const std::vector<ColourSighting>& sightings,
+                                        const ImagePose& pose) const {
+    double errors = 0;
+    int count = 0;
+    for (const std::size_t i : pose.fitted) {
+      const Landmark& landmark = problem_.landmarks[sightings[i].landmark];
+      const auto error = slope_error(view, sightings[i], landmark, std::abs(place_of(landmark) - pose.place_m));
+      if (!error) continue;
+      errors += *error;
+      ++count;
+    }
+    return count > 0 ? errors / count : 0;
+  }
+
   [[nodiscard]] CameraFit fit(const CameraSight& sight, const Guess& guess) const {
     CameraFit result;
     std::vector<double> logs;
     std::vector<double> sigmas;
     std::vector<double> slope_errors;
-    const double tip_m = of_view(problem_.rig, guess.mirror).tip_m().z();
+    const double rim_px = sight.view.circle->radius_px;
+    const MirrorView view = upright_view(problem_.rig, guess.mirror, rim_px);
     for (const auto& frame : sight.sightings) {
-      const auto read = ranged(frame, guess, problem_.rig, sight.view.circle->radius_px, problem_.landmarks);
-      auto& pose = result.poses.emplace_back(pose_of(read, problem_.landmarks, tip_m));
+      const auto read = ranged(frame, guess, problem_.rig, rim_px, problem_.landmarks);
+      auto& pose = result.poses.emplace_back(pose_of(read, problem_.landmarks));
       if (!pose) continue;
       result.fitted += pose->fitted.size();
-      slope_errors.push_back(pose->mean_slope_error);
+      slope_errors.push_back(mean_slope_error(view, frame, *pose));
       if (!std::isfinite(pose->sigma_log_scale)) continue;
       logs.push_back(pose->mean_log_scale);
       sigmas.push_back(pose->sigma_log_scale);
@@ -194,6 +209,7 @@ class CameraSearch {
       }
     }
   }
+
   [[nodiscard]] CameraSight with_rim(const RimMeasurement& rim, CameraSight sight) const {
     sight.view.mirror.rim = rim;
     take_circle(rim, sight.view);
@@ -208,14 +224,14 @@ class CameraSearch {
     const std::vector<RimMeasurement> others = sight.view.mirror.others;
     for (const RimMeasurement& other : others) {
       CameraSight tried = with_rim(other, sight);
-      if (tried.slope_error(camera_) < sight.slope_error(camera_)) sight = std::move(tried);
+      if (tried.least_slope_error() < sight.least_slope_error()) sight = std::move(tried);
     }
   }
 
   /// Takes the concentric circle, or the radius of a believed one, that the landmarks' ranges need.
   void choose_by_ranges(CameraSight& sight) const {
     SelfView& v = sight.view;
-    const CameraFit& best = sight.best_fit(camera_);
+    const CameraFit& best = sight.best_fit();
     if (best.range_scale <= 0 || best.sigma_range_scale > kBelievedRadiusShare * best.range_scale) return;
     const double wanted_px = v.circle->radius_px * best.range_scale;
     const double sigma = best.sigma_range_scale / best.range_scale;
@@ -248,7 +264,7 @@ double scatter_about(double median, std::vector<double> values) {
   return base::robust_sigma(std::move(values));
 }
 
-const CameraFit& CameraSight::best_fit(Side camera) const {
+const CameraFit& CameraSight::best_fit() const {
   const Side other = camera == Side::kLower ? Side::kUpper : Side::kLower;
   const CameraFit* best = &fit_of({false, camera});
   for (const Guess guess : {Guess{true, camera}, Guess{false, other}, Guess{true, other}}) {
@@ -257,8 +273,8 @@ const CameraFit& CameraSight::best_fit(Side camera) const {
   return *best;
 }
 
-double CameraSight::slope_error(Side camera) const {
-  const std::size_t most = best_fit(camera).fitted;
+double CameraSight::least_slope_error() const {
+  const std::size_t most = best_fit().fitted;
   double least = std::numeric_limits<double>::infinity();
   if (most == 0) return least;
   for (const auto& by_mirror : fits) {

@@ -22,13 +22,14 @@ using Poses = std::vector<std::optional<ImagePose>>;         // frame by frame
 struct CameraFit {
   Poses poses;
   std::size_t fitted = 0;
-  double slope_error = 0;  ///< median of ImagePose::mean_slope_error
+  double slope_error = 0;  ///< median over the frames of the mean of slope_error()
   double range_scale = 0;  ///< as SelfView
   double sigma_range_scale = 0;
 };
 
 /// One camera's circle, sightings, and their fits under each guess.
 struct CameraSight {
+  Side camera = Side::kLower;
   SelfView view;  ///< `mirrored`, `fitted` and the scale of ranges are not decided yet
   Sightings sightings;
   std::array<std::array<CameraFit, 2>, 2> fits;  ///< by mirrored, mirror
@@ -37,10 +38,10 @@ struct CameraSight {
     return fits[guess.mirrored][std::size_t(guess.mirror)];
   }
   /// Returns the fit with the most landmarks; of equal ones, that of the camera's own mirror, not mirrored.
-  [[nodiscard]] const CameraFit& best_fit(Side camera) const;
+  [[nodiscard]] const CameraFit& best_fit() const;
   /// Returns by how much tops differ from the map, by their slopes over the horizon; infinite where no pose explains
   /// their directions.
-  [[nodiscard]] double slope_error(Side camera) const;
+  [[nodiscard]] double least_slope_error() const;
 };
 
 /// Finds the circle of a camera's mirror, the landmarks in it, and the poses that explain them. Chooses among

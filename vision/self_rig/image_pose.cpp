@@ -23,8 +23,6 @@ constexpr double kMostStartSigma = 0.4;
 constexpr std::size_t kMostForThree = 24;
 constexpr int kPoseIterations = 8;
 
-Complex place_of(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
-
 /// Finds the sightings that agree with a pose: of each landmark the nearest in direction.
 void find_fitted(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks, ImagePose& pose) {
   pose.fitted.clear();
@@ -140,27 +138,28 @@ class Starts {
   std::size_t surplus_ = 0;
 };
 
-double mean_slope_error(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks, double tip_m,
-                        const ImagePose& pose) {
-  double errors = 0;
-  int count = 0;
-  for (const std::size_t i : pose.fitted) {
-    const Ranged& s = sightings[i];
-    if (!s.slope) continue;
-    const Landmark& landmark = landmarks[s.landmark];
-    errors += *s.slope - (landmark.top_m - tip_m) / std::abs(place_of(landmark) - pose.place_m);
-    ++count;
-  }
-  return count > 0 ? errors / count : 0;
+}  // namespace
+
+MirrorView upright_view(const Rig& rig, Side mirror, double rim_px) {
+  // Tilts and offsets are what nobody knows yet.
+  const MirrorViewSettings& s = of_view(rig, mirror).settings();
+  return MirrorView({.cone = s.cone, .lens_height_m = s.lens_height_m, .rim_radius_px = rim_px});
 }
 
-}  // namespace
+std::optional<double> slope_error(const MirrorView& view, const ColourSighting& sighting, const Landmark& landmark,
+                                  double distance_m) {
+  const Complex at = std::polar(sighting.top_px, sighting.angle_rad);
+  const auto ray = view.back_project({at.real(), at.imag()}, Rim::kGoesOn);
+  if (sighting.at_rim || !ray) return std::nullopt;
+  const Eigen::Vector2d along = ray->direction.head<2>();
+  const double edge_m = distance_m + (ray->looks_down() ? landmark.radius_m : -landmark.radius_m);
+  const double way_m = edge_m - ray->origin_m.head<2>().dot(along.normalized());
+  return (ray->origin_m.z() + ray->direction.z() / along.norm() * way_m - landmark.top_m) / distance_m;
+}
 
 std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const Guess& guess, const Rig& rig,
                            double rim_px, const std::vector<Landmark>& landmarks) {
-  const MirrorViewSettings& mirror = of_view(rig, guess.mirror).settings();
-  // Upright and on the body's axis: tilts and offsets are what nobody knows yet.
-  const MirrorView view({.cone = mirror.cone, .lens_height_m = mirror.lens_height_m, .rim_radius_px = rim_px});
+  const MirrorView view = upright_view(rig, guess.mirror, rim_px);
   std::vector<Ranged> result;
   for (const ColourSighting& s : sightings) {
     const Landmark& landmark = landmarks[s.landmark];
@@ -170,15 +169,13 @@ std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const G
     const double rise_m = std::abs(landmark.top_m - view.tip_m().z());
     const double by_elevation =
         rise_m > 0 && range_m > 0 ? kElevationSigma_rad * (range_m / rise_m + rise_m / range_m) : 0;
-    result.push_back({s.landmark, guess.mirrored ? -s.angle_rad : s.angle_rad, range_m,
-                      std::max(kLogRangeSigma, by_elevation),
-                      ray ? std::optional(ray->direction.z() / ray->direction.head<2>().norm()) : std::nullopt});
+    result.push_back(
+        {s.landmark, guess.mirrored ? -s.angle_rad : s.angle_rad, range_m, std::max(kLogRangeSigma, by_elevation)});
   }
   return result;
 }
 
-std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks,
-                                 double tip_m) {
+std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks) {
   Starts starts(sightings, landmarks);
   const auto is_sure = [](const Ranged& s) { return s.range_m > 0 && s.sigma_log <= kMostStartSigma; };
   for (std::size_t i = 0; i < sightings.size(); ++i) {
@@ -199,12 +196,8 @@ std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std
   refine(sightings, landmarks, *best);
   const ImagePose before = *best;
   find_fitted(sightings, landmarks, *best);
-  if (best->fitted.size() < kLeastRigLandmarks) {
-    best = before;
-  } else {
-    refine(sightings, landmarks, *best);
-  }
-  best->mean_slope_error = mean_slope_error(sightings, landmarks, tip_m, *best);
+  if (best->fitted.size() < kLeastRigLandmarks) return before;
+  refine(sightings, landmarks, *best);
   return best;
 }
 

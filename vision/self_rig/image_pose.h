@@ -31,10 +31,9 @@ struct Guess {
 /// A landmark's sighting with the range that one mirror gives.
 struct Ranged {
   std::size_t landmark;
-  double angle_rad;               ///< counter-clockwise as bearings: negated where the image is mirrored
-  double range_m;                 ///< to the axis; 0: not known
-  double sigma_log;               ///< standard deviation of the range's logarithm: the less steep the ray, the larger
-  std::optional<double> slope{};  ///< rise over horizontal way of the ray that shows the top
+  double angle_rad;  ///< counter-clockwise as bearings: negated where the image is mirrored
+  double range_m;    ///< to the axis; 0: not known
+  double sigma_log;  ///< standard deviation of the range's logarithm: the less steep the ray, the larger
 };
 
 /// Pose of the image's x axis in the world.
@@ -45,8 +44,17 @@ struct ImagePose {
   std::vector<std::size_t> fitted;  ///< indices into the frame's sightings
   double mean_log_scale = 0;        ///< of measured ranges over those of the pose
   double sigma_log_scale = 0;       ///< infinite without a range
-  double mean_slope_error = 0;      ///< of the rays to the tops, over those of the pose
 };
+
+inline Complex place_of(const Landmark& landmark) { return {landmark.x_m, landmark.y_m}; }
+
+/// Returns the view of a mirror that is upright and on the body's axis, with its tip at pixel (0, 0).
+MirrorView upright_view(const Rig& rig, Side mirror, double rim_px);
+
+/// Returns by how much a view, with its tip at pixel (0, 0), shows a top too high, over its distance. Nothing where the
+/// rim cuts it, or no ray shows it.
+std::optional<double> slope_error(const MirrorView& view, const ColourSighting& sighting, const Landmark& landmark,
+                                  double distance_m);
 
 /// Returns the sightings of a frame as the guess reads them, for a mirror that is upright and on the body's axis, with
 /// a rim of that radius.
@@ -56,8 +64,6 @@ std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const G
 /// Returns the pose with which most sightings agree; nothing if fewer than kLeastRigLandmarks do. Poses are tried from
 /// each two directions with ranges, and, where these are hardly known, from each three directions; then one more
 /// landmark must agree.
-/// @param tip_m height of the mirror's tip
-std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks,
-                                 double tip_m);
+std::optional<ImagePose> pose_of(const std::vector<Ranged>& sightings, const std::vector<Landmark>& landmarks);
 
 }  // namespace twocone::vision
