@@ -12,21 +12,29 @@
 namespace twocone::behaviours {
 namespace {
 
-constexpr double kFirst_m = 0.3;       // of a way, for the direction in which it begins
-constexpr double kLittle_m = 0.11;     // of the margin that may be missing while the robot drives on
-constexpr double kLookAhead_m = 0.8;   // longest straight part of the way to steer for
+constexpr double kFirst_m = 0.3;      // of a way, for the direction in which it begins
+constexpr double kLittle_m = 0.11;    // of the margin that may be missing while the robot drives on
+constexpr double kLookAhead_m = 0.8;  // longest straight part of the way to steer for
+// `towards` drives slowly to a near place, so no place of the way is nearer, even if the way to it is not straight.
+constexpr double kLeastAhead_m = 0.3;
 constexpr double kClear_m = 0.10;      // beyond the distance that is driven until the wheels can react
 constexpr double kApproach_mps = 0.3;  // of things that move
-constexpr double kAside_m = 0.35;      // kept to what is new, which may come nearer
-// What is new in a scan counts if so many beams end at it, this near to each other: one may be wrong. It may move, and
-// is kept clear of for some scans.
-constexpr int kLeastBeams = 3;
+constexpr double kAside_m = 0.35;      // kept to what has come, which may come nearer
+// A thing has come if so many beams end at it, this near to each other, because one may be wrong. It counts this near
+// to the robot, and for so many scans: nearer than 0.5 m no mirror shows it any more.
+constexpr int kLeastBeams = 5;
 constexpr double kThing_m = 0.25;
-constexpr std::size_t kRemembered = 10;
+constexpr double kNear_m = 1.2;
+constexpr std::size_t kRemembered = 15;
+// It is expected to go on as far as it went in these scans, and twice as far. The nearest thing this many scans ago,
+// within this distance, was the same.
+constexpr std::size_t kWatched = 5;
+constexpr double kSameThing_m = 0.4;
+// At first the robot stands still for so many scans: by three of them floor is free, and by the others it sees what
+// moves.
+constexpr std::size_t kFirstScans = 8;
 // Where a thing has gone away, it may come back: for so many scans nothing is entered there.
 constexpr std::uint64_t kBusy = 75;
-// Each way ends with a turn and a start: of two that show as much per second, the longer one is better.
-constexpr double kPause_s = 1;
 // A goal is given up for another that shows so many times as much per second.
 constexpr double kBetter = 1.5;
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
@@ -45,15 +53,32 @@ Explore::Explore(const Body& body, const Arena& arena, LowestSeen lowest_seen_m,
     : body_(body), reaction_s_(reaction_s), floor_(arena, std::move(lowest_seen_m)), is_visited_(floor_.cells()) {}
 
 void Explore::see(const localisation::Pose& at, const std::vector<vision::Beam>& scan) {
-  std::vector<Eigen::Vector2d> new_m = floor_.add(at, scan);
-  const auto is_single = [all = new_m](const Eigen::Vector2d& thing_m) {
+  std::vector<Eigen::Vector2d> seen_m = floor_.add(at, scan);
+  const Eigen::Vector2d here_m(at.x_m, at.y_m);
+  std::erase_if(seen_m, [&](const Eigen::Vector2d& thing_m) { return (thing_m - here_m).norm() > kNear_m; });
+  std::erase_if(seen_m, [all = seen_m](const Eigen::Vector2d& thing_m) {
     return std::ranges::count_if(all, [&](const Eigen::Vector2d& other_m) {
              return (other_m - thing_m).norm() < kThing_m;
            }) < kLeastBeams;
-  };
-  std::erase_if(new_m, is_single);
-  new_things_m_.push_back(std::move(new_m));
-  if (new_things_m_.size() > kRemembered) new_things_m_.pop_front();
+  });
+  std::vector<Eigen::Vector2d> expected_m = expected(seen_m);
+  come_.push_back({std::move(seen_m), std::move(expected_m)});
+  if (come_.size() > kRemembered) come_.pop_front();
+}
+
+std::vector<Eigen::Vector2d> Explore::expected(const std::vector<Eigen::Vector2d>& seen_m) const {
+  if (come_.size() < kWatched) return {};
+  const std::vector<Eigen::Vector2d>& before_m = come_[come_.size() - kWatched].seen_m;
+  if (before_m.empty()) return {};
+  std::vector<Eigen::Vector2d> expected_m;
+  for (const Eigen::Vector2d& now_m : seen_m) {
+    const Eigen::Vector2d then_m = *std::ranges::min_element(
+        before_m, {}, [&](const Eigen::Vector2d& thing_m) { return (thing_m - now_m).squaredNorm(); });
+    const Eigen::Vector2d moved_m = now_m - then_m;
+    if (moved_m.norm() > kSameThing_m) continue;
+    expected_m.insert(expected_m.end(), {now_m + moved_m, now_m + 2 * moved_m});
+  }
+  return expected_m;
 }
 
 std::vector<float> Explore::new_floor() const {
@@ -115,12 +140,22 @@ bool Explore::is_straight_way(const Eigen::Vector2d& from_m, const Eigen::Vector
   return true;
 }
 
-std::optional<Eigen::Vector2d> Explore::nearest_room(const Eigen::Vector2d& here_m) const {
+double Explore::time_s(const localisation::Pose& from, const Eigen::Vector2d& first_m, double way_m) const {
+  const Eigen::Vector2d first = localisation::in_body(from, first_m);
+  const double turn_s = std::atan2(std::abs(first.y()), std::abs(first.x())) / turn_rate_on_the_spot(body_);
+  return turn_s + way_m / (Wander::kForward * body_.max_speed_mps);
+}
+
+std::optional<Eigen::Vector2d> Explore::nearest_room(const localisation::Pose& from) const {
   std::optional<Eigen::Vector2d> nearest_m;
+  double least_s = std::numeric_limits<double>::infinity();
   for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
     if (room_[cell] == 0) continue;
     const Eigen::Vector2d middle_m = floor_.middle_m(cell);
-    if (!nearest_m || (middle_m - here_m).norm() < (*nearest_m - here_m).norm()) nearest_m = middle_m;
+    const double to_s = time_s(from, middle_m, localisation::in_body(from, middle_m).norm());
+    if (to_s >= least_s) continue;
+    least_s = to_s;
+    nearest_m = middle_m;
   }
   return nearest_m;
 }
@@ -128,7 +163,7 @@ std::optional<Eigen::Vector2d> Explore::nearest_room(const Eigen::Vector2d& here
 std::optional<Eigen::Vector2d> Explore::next_place(const localisation::Pose& believed) {
   const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
   // Something has come, or was found, closer than the margin: by more than a little, the robot leaves it first.
-  auto from_m = room_[floor_.cell_of(here_m)] != 0 ? std::optional(here_m) : nearest_room(here_m);
+  auto from_m = room_[floor_.cell_of(here_m)] != 0 ? std::optional(here_m) : nearest_room(believed);
   if (!from_m || (*from_m - here_m).norm() > kLittle_m) return from_m;
   const std::size_t here = floor_.cell_of(*from_m);
   const Ways ways = ways_from(here);
@@ -136,10 +171,7 @@ std::optional<Eigen::Vector2d> Explore::next_place(const localisation::Pose& bel
     return is_visited_[cell] == 0 && room_[cell] != 0 && std::isfinite(ways.cost_m[cell]);
   };
   const auto new_mps = [&](std::size_t cell) {
-    const Eigen::Vector2d begin_m = localisation::in_body(believed, floor_.middle_m(ways.direction[cell]));
-    const double turn_s = std::abs(std::atan2(begin_m.y(), begin_m.x())) / turn_rate_on_the_spot(body_);
-    const double time_s = turn_s + ways.cost_m[cell] / (Wander::kForward * body_.max_speed_mps);
-    return ways.new_m[cell] / (time_s + kPause_s);
+    return ways.new_m[cell] / time_s(believed, floor_.middle_m(ways.direction[cell]), ways.cost_m[cell]);
   };
   if (goal_ && !can_be_goal(*goal_)) goal_.reset();
   double best_mps = goal_ ? kBetter * new_mps(*goal_) : 0;
@@ -157,7 +189,8 @@ std::optional<Eigen::Vector2d> Explore::next_place(const localisation::Pose& bel
   Eigen::Vector2d place_m = floor_.middle_m(way.front());
   for (const std::size_t cell : way) {
     const Eigen::Vector2d middle_m = floor_.middle_m(cell);
-    if ((middle_m - *from_m).norm() > kLookAhead_m || !is_straight_way(*from_m, middle_m)) break;
+    const double ahead_m = (middle_m - *from_m).norm();
+    if (ahead_m > kLookAhead_m || (ahead_m > kLeastAhead_m && !is_straight_way(*from_m, middle_m))) break;
     place_m = middle_m;
   }
   return place_m;
@@ -175,21 +208,26 @@ bool Explore::is_blocked(const localisation::Pose& believed) const {
   }
   // What has just come may come nearer.
   const Eigen::Vector2d meets_m = here_m + (way_m + kApproach_mps * reaction_s_) * forward;
-  return !new_things_m_.empty() && std::ranges::any_of(new_things_m_.back(), [&](const Eigen::Vector2d& thing_m) {
+  const auto is_met = [&](const Eigen::Vector2d& thing_m) {
     const Eigen::Vector2d aside_m = thing_m - here_m;
     const double along_m = std::clamp(aside_m.dot(forward), 0.0, (meets_m - here_m).norm());
     return (aside_m - along_m * forward).norm() < body_.radius_m + kMargin_m;
-  });
+  };
+  return !come_.empty() &&
+         (std::ranges::any_of(come_.back().seen_m, is_met) || std::ranges::any_of(come_.back().expected_m, is_met));
 }
 
 Motion Explore::decide(const localisation::Pose& believed, double /*step_s*/) {
+  if (come_.size() < kFirstScans) return {};
   const Eigen::Vector2d here_m(believed.x_m, believed.y_m);
   floor_.stand_on(here_m, body_.radius_m);
   room_ = floor_.room_for(body_.radius_m + kMargin_m);
-  for (const auto& scan : new_things_m_) {
-    for (const Eigen::Vector2d& thing_m : scan) {
-      floor_.within(thing_m, body_.radius_m + kAside_m, [&](std::size_t cell) { room_[cell] = 0; });
-    }
+  const auto keep_aside = [&](const Eigen::Vector2d& thing_m) {
+    floor_.within(thing_m, body_.radius_m + kAside_m, [&](std::size_t cell) { room_[cell] = 0; });
+  };
+  for (const Come& come : come_) {
+    std::ranges::for_each(come.seen_m, keep_aside);
+    std::ranges::for_each(come.expected_m, keep_aside);
   }
   for (std::size_t cell = 0; cell < floor_.cells(); ++cell) {
     if (!floor_.was_busy_within(cell, kBusy)) continue;
@@ -206,7 +244,13 @@ Motion Explore::decide(const localisation::Pose& believed, double /*step_s*/) {
     place_m = next_place(believed);
   }
   if (!place_m) return {};
-  return towards(body_, believed, *place_m, is_blocked(believed));
+  // The mirrors show as much behind the robot as before it: it drives that way round which needs the smaller turn.
+  localisation::Pose driven = believed;
+  const bool is_behind = localisation::in_body(believed, *place_m).x() < 0;
+  if (is_behind) driven.heading_rad = localisation::wrap_angle_rad(believed.heading_rad + std::numbers::pi);
+  Motion motion = towards(body_, driven, *place_m, is_blocked(driven));
+  if (is_behind) motion.speed_mps = -motion.speed_mps;
+  return motion;
 }
 
 }  // namespace twocone::behaviours

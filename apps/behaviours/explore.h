@@ -16,9 +16,11 @@ namespace twocone::behaviours {
 /// Visits all floor that can be reached, by what the robot sees: it keeps clear of what scans show and of what the map
 /// lists, never drives onto floor that no scan has shown to be free, and stops for what comes near.
 ///
-/// It drives to the goal that shows the most new floor per second, along the shortest way on the cells of SeenFloor
-/// (Dijkstra), and begins again when all floor was visited. The floor round the start, which the mirrors do not show,
-/// is taken as free as far as beams pass over it: what is low must not stand there. The robot leaves it the short way.
+/// It drives to the goal that shows the most new floor per second, forwards or backwards, along the shortest way on the
+/// cells of SeenFloor (Dijkstra), and begins again when all floor was visited. It keeps clear of what comes near, and
+/// of where that will be if it goes on, also when it is too near to be seen. The floor round the start, which the
+/// mirrors do not show, is taken as free as far as beams pass over it: what is low must not stand there. The robot
+/// leaves it the short way.
 class Explore final : public Behaviour {
  public:
   static constexpr double kMargin_m = 0.08;   ///< beside the body, to what is not free
@@ -33,10 +35,19 @@ class Explore final : public Behaviour {
 
  private:
   struct Ways;
+  /// Places of what has come near.
+  struct Come {
+    std::vector<Eigen::Vector2d> seen_m;      ///< SeenFloor::add
+    std::vector<Eigen::Vector2d> expected_m;  ///< in the next scans
+  };
+  /// Returns where things will be that go on as they did in the latest scans.
+  [[nodiscard]] std::vector<Eigen::Vector2d> expected(const std::vector<Eigen::Vector2d>& seen_m) const;
   /// Returns the share of new floor, free and not visited, within kVisited_m, by cell.
   [[nodiscard]] std::vector<float> new_floor() const;
   [[nodiscard]] Ways ways_from(std::size_t here) const;
-  [[nodiscard]] std::optional<Eigen::Vector2d> nearest_room(const Eigen::Vector2d& here_m) const;
+  /// Returns the time for a way of a length that begins towards a place. What is behind the robot needs no turn.
+  [[nodiscard]] double time_s(const localisation::Pose& from, const Eigen::Vector2d& first_m, double way_m) const;
+  [[nodiscard]] std::optional<Eigen::Vector2d> nearest_room(const localisation::Pose& from) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> next_place(const localisation::Pose& believed);
   [[nodiscard]] bool is_straight_way(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
   [[nodiscard]] bool is_blocked(const localisation::Pose& believed) const;
@@ -47,7 +58,7 @@ class Explore final : public Behaviour {
   std::vector<std::uint8_t> room_;        ///< SeenFloor::room_for, less what is near things that have come or gone
   std::vector<std::uint8_t> is_easy_;     ///< has much room, was well seen, and nothing passes there
   std::vector<std::uint8_t> is_visited_;  ///< by cell
-  std::deque<std::vector<Eigen::Vector2d>> new_things_m_;  ///< SeenFloor::add, of the latest scans
+  std::deque<Come> come_;                 ///< in the latest scans
   std::optional<std::size_t> goal_;
 };
 

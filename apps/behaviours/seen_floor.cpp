@@ -23,12 +23,19 @@ constexpr double kShown_m = 0.20;
 constexpr double kConfirms_m = 2.1 * SeenFloor::kCell_m;
 constexpr std::uint64_t kConfirmsScans = 10;
 constexpr double kConfirmsFrom_m = 2;
-// A thing that moves has left its place, by more than a cell, after so many scans.
-constexpr std::uint64_t kMoveScans = 5;
-// Lower things than this are no obstacles.
-constexpr double kLow_m = 0.05;
-// A beam that none beside it agrees with places nothing: ranges farther apart are of different things.
-constexpr double kApart_m = 0.15;
+// A confirmed thing has gone only if so many beams beside it pass as well, from no farther than this share of the
+// distance from which it was seen: half of the beams show the edge of a table, 0.045 m high, from 1.5 m, and a fifth of
+// them from 2.5 m.
+constexpr int kBeside = 2;
+constexpr double kFartherShare = 1.1;
+// After so many scans, a thing that moves is this far from its place. Nearer to something, nothing has come.
+constexpr std::uint64_t kMoveScans = 15;
+constexpr double kMoves_m = 3.5 * SeenFloor::kCell_m;
+// A beam places something only if others beside it end as far away, one by one with no greater step. From where the
+// floor is ranged on, it is one other. Nearer, where things are wide, and of single beams a quarter end too soon, it is
+// this many in all: of those, one in a thousand does.
+constexpr double kStep_m = 0.06;
+constexpr int kLeastRun = 6;
 // Ranges with larger sigmas place nothing.
 constexpr double kMostSigma_m = 0.15;
 // Share of its range by which a beam may end too late.
@@ -47,6 +54,21 @@ double free_up_to_m(const vision::Beam& beam) {
   if (beam.state == vision::BeamState::kUnknown) return 0;
   return std::min(beam.range_m * (1 - kRangeShare) - std::max(SeenFloor::kCell_m, 2 * beam.sigma_m),
                   SeenFloor::kFarthest_m);
+}
+
+/// Returns the number of beams beside each other, this one among them, that end at one thing, and no more than `most`.
+int agreeing_beams(const std::vector<vision::Beam>& scan, std::size_t k, int most) {
+  int agreeing = 1;
+  for (const std::size_t step : {std::size_t{1}, scan.size() - 1}) {
+    for (std::size_t at = k; agreeing < most;) {
+      const std::size_t next = (at + step) % scan.size();
+      if (scan[next].state != vision::BeamState::kOccupied) break;
+      if (std::abs(scan[next].range_m - scan[at].range_m) > kStep_m) break;
+      ++agreeing;
+      at = next;
+    }
+  }
+  return agreeing;
 }
 
 }  // namespace
@@ -82,7 +104,8 @@ std::vector<Eigen::Vector2d> SeenFloor::add(const localisation::Pose& at, const 
   const std::vector<End> ends = ends_of(at, scan);
   std::vector<Eigen::Vector2d> new_m;
   for (const End& end : ends) {
-    if (is_well_seen(cell_of(end.place_m)) && !is_known_thing(end.place_m)) new_m.push_back(end.place_m);
+    const Cell& cell = cells_[cell_of(end.place_m)];
+    if ((cell.evidence < kFree || cell.has_come) && !is_known_thing(end.place_m)) new_m.push_back(end.place_m);
   }
   count_hits(ends, scan);
   count_free(at, scan);
@@ -99,7 +122,8 @@ std::vector<SeenFloor::End> SeenFloor::ends_of(const localisation::Pose& at,
   std::vector<End> ends;
   for (std::size_t k = 0; k < scan.size(); ++k) {
     const vision::Beam& beam = scan[k];
-    if (beam.state != vision::BeamState::kOccupied || !shows(beam.range_m, beam.top_m)) continue;
+    if (beam.state != vision::BeamState::kOccupied) continue;
+    if (agreeing_beams(scan, k, kLeastRun) < (shows(beam.range_m, kLow_m) ? 2 : kLeastRun)) continue;
     const double course_rad = at.heading_rad + vision::beam_bearing_rad(k, scan.size());
     ends.push_back({k, Eigen::Vector2d(at.x_m, at.y_m) +
                            beam.range_m * Eigen::Vector2d(std::cos(course_rad), std::sin(course_rad))});
@@ -111,16 +135,16 @@ void SeenFloor::count_hits(const std::vector<End>& ends, const std::vector<visio
   for (const auto& [k, place_m] : ends) {
     const vision::Beam& beam = scan[k];
     if (beam.range_m > kFarthest_m || beam.sigma_m > kMostSigma_m) continue;
-    const auto agrees = [&](const vision::Beam& other) {
-      return other.state == vision::BeamState::kOccupied && std::abs(other.range_m - beam.range_m) < kApart_m;
-    };
-    if (!agrees(scan[(k + 1) % scan.size()]) && !agrees(scan[(k + scan.size() - 1) % scan.size()])) continue;
     const std::size_t at = cell_of(place_m);
     if ((middle_m(at) - place_m).cwiseAbs().maxCoeff() > kCell_m) continue;  // outside the arena
     Cell& cell = cells_[at];
     const bool is_new = cell.evidence <= 0;
-    if (is_new) cell.is_confirmed = false;
+    if (is_new) {
+      cell.is_confirmed = false;
+      cell.has_come = cell.evidence < kFree;
+    }
     cell.top_m = is_new ? beam.top_m : std::max(cell.top_m, beam.top_m);
+    cell.from_m = is_new ? beam.range_m : std::max(cell.from_m, beam.range_m);
     if (beam.range_m <= kConfirmsFrom_m) {
       within(place_m, kConfirms_m, [&](std::size_t near) {
         const std::uint64_t hit_by = cells_[near].hit_by;
@@ -128,8 +152,10 @@ void SeenFloor::count_hits(const std::vector<End>& ends, const std::vector<visio
         cell.is_confirmed = cells_[near].is_confirmed = true;
       });
     }
-    if (std::exchange(cell.hit_by, scans_) == scans_) continue;
-    if (is_new) cell.since = scans_;
+    const std::uint64_t before = std::exchange(cell.hit_by, scans_);
+    if (before == scans_) continue;
+    // What comes again has not stood there all the time.
+    if (is_new || (cell.has_come && before + kMoveScans < scans_)) cell.since = scans_;
     cell.evidence = std::min(cell.evidence + kHit, kMost);
   }
 }
@@ -145,18 +171,20 @@ void SeenFloor::count_free(const localisation::Pose& at, const std::vector<visio
     if (cell.hit_by == scans_) return;
     const Eigen::Vector2d there_m = localisation::in_body(at, middle_m(index));
     const double distance_m = there_m.norm();
+    const bool was_there = cell.evidence > 0 && cell.is_confirmed;
+    if (was_there && distance_m > kFartherShare * cell.from_m) return;
     // All beams that cross the cell must pass it.
     const double half_rad = std::atan2(kCell_m / 2, distance_m);
     const double from = (std::atan2(there_m.y(), there_m.x()) - half_rad + std::numbers::pi) / per_beam_rad;
     const double to = from + 2 * half_rad / per_beam_rad;
+    const int beside = was_there ? kBeside : 0;
     std::uint32_t floor = 0;
-    for (int k = static_cast<int>(std::floor(from)); k <= static_cast<int>(std::floor(to)); ++k) {
+    for (int k = static_cast<int>(std::floor(from)) - beside; k <= static_cast<int>(std::floor(to)) + beside; ++k) {
       const auto beam = std::size_t((k % beams + beams) % beams);
       if (free_m[beam] < distance_m) return;
       floor |= scan[beam].floor;
     }
     const bool shows_low = shows(distance_m, kLow_m);
-    const bool was_there = cell.evidence > 0 && cell.is_confirmed;
     if (was_there && !(shows_low ? has_floor_at(floor, distance_m) : shows(distance_m, cell.top_m))) return;
     if (cell.evidence <= 0) {
       if (!shows_low && !is_at_start_ && cell.busy_by == 0) return;
@@ -180,9 +208,11 @@ void SeenFloor::stand_on(const Eigen::Vector2d& place_m, double radius_m) {
 
 bool SeenFloor::is_known_thing(const Eigen::Vector2d& place_m) const {
   bool is_known = false;
-  within(place_m, 1.5 * kCell_m, [&](std::size_t near) {
+  within(place_m, kMoves_m, [&](std::size_t near) {
     const Cell& cell = cells_[near];
-    is_known |= cell.is_listed || (cell.evidence > 0 && cell.since + kMoveScans <= scans_);
+    // Where something has come and was not seen of late, it may have gone on.
+    const bool is_there = cell.evidence > 0 && (!cell.has_come || cell.hit_by + kMoveScans > scans_);
+    is_known |= cell.is_listed || (is_there && cell.since + kMoveScans <= scans_);
   });
   return is_known;
 }

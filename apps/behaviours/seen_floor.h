@@ -23,9 +23,11 @@ using LowestSeen = std::function<double(double distance_m)>;
 /// A thing that ends a beam counts for its cell, and all before it against theirs. A beam counts against a thing that
 /// two scans have shown only if the floor was ranged there, or, nearer to the robot than that can be, if it would have
 /// shown the thing. So a low thing that the mirrors no longer see because the robot has come near stays where it was
-/// seen. Likewise, floor is free only if beams have passed it that would have shown a low thing there. Only round the
-/// start, where no scan has, each beam counts until the robot has left it: low things must not stand there. What the
-/// map lists is never free.
+/// seen. The edge of a table may be all that both mirrors see of it, with floor under it: it is ranged by some beams,
+/// and from near. So beams beside the thing must pass it as well, and from no farther than it was seen from. Likewise,
+/// floor is free only if beams have passed it that would have shown a low thing there. Only round the start, where no
+/// scan has, each beam counts until the robot has left it: low things must not stand there. What the map lists is never
+/// free.
 class SeenFloor {
  public:
   static constexpr double kCell_m = 0.05;
@@ -34,7 +36,7 @@ class SeenFloor {
   SeenFloor(const Arena& arena, LowestSeen lowest_seen_m);
 
   /// Adds a scan. @param at the body's pose at its time, world frame
-  /// @returns places of things on floor that was well seen before: of what moves, or was not ranged until now
+  /// @returns places of things that were free some scans ago: of what moves, or was not ranged until now
   std::vector<Eigen::Vector2d> add(const localisation::Pose& at, const std::vector<vision::Beam>& scan);
   /// The robot stands there, so that nothing else does.
   void stand_on(const Eigen::Vector2d& place_m, double radius_m);
@@ -67,12 +69,15 @@ class SeenFloor {
 
  private:
   static constexpr float kFree = -0.7F;
+  static constexpr double kLow_m = 0.05;  // lower things than this are no obstacles
   struct Cell {
     bool is_listed = false;  ///< the map has something there
     bool is_well_seen = false;
+    bool has_come = false;      ///< it was free before
     bool is_confirmed = false;  ///< two scans have shown what is there
     float evidence = 0;         ///< > 0: occupied, < kFree: free; 0 at the begin: unknown
     double top_m = 0;           ///< greatest height that was ranged of what is there
+    double from_m = 0;          ///< greatest distance from which it was ranged
     std::uint64_t hit_by = 0;   ///< the number of the latest scan with a thing there
     std::uint64_t since = 0;    ///< that of the scan from which on something is there
     std::uint64_t busy_by = 0;  ///< that of the latest scan by which something had gone from there; 0: none
