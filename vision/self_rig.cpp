@@ -392,6 +392,7 @@ class RigSearch {
       if (!poses[f]) continue;
       for (const std::size_t i : poses[f]->fitted) {
         const ColourSighting& sighting = sightings(camera)[f][i];
+        if (sighting.at_rim) continue;
         const Landmark& landmark = problem_.landmarks[sighting.landmark];
         const double distance_m = std::abs(place_of(landmark) - poses[f]->place_m);
         std::array<std::optional<double>, 3> error;

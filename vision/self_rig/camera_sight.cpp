@@ -157,6 +157,7 @@ class CameraSearch {
     return sight;
   }
 
+  /// Tops that the rim cuts count as well: within a circle that is too small, it cuts all of them.
   [[nodiscard]] double mean_slope_error(const MirrorView& view, const std::vector<ColourSighting>& sightings,
                                         const ImagePose& pose) const {
     double errors = 0;

@@ -150,7 +150,7 @@ std::optional<double> slope_error(const MirrorView& view, const ColourSighting& 
                                   double distance_m) {
   const Complex at = std::polar(sighting.top_px, sighting.angle_rad);
   const auto ray = view.back_project({at.real(), at.imag()}, Rim::kGoesOn);
-  if (sighting.at_rim || !ray) return std::nullopt;
+  if (!ray) return std::nullopt;
   const Eigen::Vector2d along = ray->direction.head<2>();
   const double edge_m = distance_m + (ray->looks_down() ? landmark.radius_m : -landmark.radius_m);
   const double way_m = edge_m - ray->origin_m.head<2>().dot(along.normalized());

@@ -51,8 +51,8 @@ inline Complex place_of(const Landmark& landmark) { return {landmark.x_m, landma
 /// Returns the view of a mirror that is upright and on the body's axis, with its tip at pixel (0, 0).
 MirrorView upright_view(const Rig& rig, Side mirror, double rim_px);
 
-/// Returns by how much a view, with its tip at pixel (0, 0), shows a top too high, over its distance. Nothing where the
-/// rim cuts it, or no ray shows it.
+/// Returns by how much a view, with its tip at pixel (0, 0), shows a top too high, over its distance. Nothing where no
+/// ray shows it.
 std::optional<double> slope_error(const MirrorView& view, const ColourSighting& sighting, const Landmark& landmark,
                                   double distance_m);
 
