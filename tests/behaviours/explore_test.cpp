@@ -158,7 +158,7 @@ TEST(SeenFloor, WhatIsNearIsPlacedByManyBeamsAlone) {
     SeenFloor floor(walls(), lowest_seen_m);
     for (int k = 0; k < 5; ++k) floor.add(at, scan_of(walls(), at));
     std::vector<Beam> scan = scan_of(walls(), at);
-    for (int k = 0; k < beams; ++k) scan[std::size_t(180 + k)] = {BeamState::kOccupied, 0.7, 0.01, 0.36};
+    for (int k = 0; k < beams; ++k) scan[180 + std::size_t(k)] = {BeamState::kOccupied, 0.7, 0.01, 0.36};
     EXPECT_EQ(floor.add(at, scan).size(), beams == 20 ? 20U : 0U);
     EXPECT_EQ(floor.is_free(floor.cell_of({0.49, 0.02})), beams == 3);
   }
