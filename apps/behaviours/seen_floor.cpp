@@ -142,9 +142,11 @@ void SeenFloor::count_hits(const std::vector<End>& ends, const std::vector<visio
     if (is_new) {
       cell.is_confirmed = false;
       cell.has_come = cell.evidence < kFree;
+      cell.top_m = beam.top_m;
+      cell.from_m = beam.range_m;
     }
-    cell.top_m = is_new ? beam.top_m : std::max(cell.top_m, beam.top_m);
-    cell.from_m = is_new ? beam.range_m : std::max(cell.from_m, beam.range_m);
+    cell.top_m = std::max(cell.top_m, beam.top_m);
+    cell.from_m = std::max(cell.from_m, beam.range_m);
     if (beam.range_m <= kConfirmsFrom_m) {
       within(place_m, kConfirms_m, [&](std::size_t near) {
         const std::uint64_t hit_by = cells_[near].hit_by;

@@ -124,7 +124,8 @@ class CameraSearch {
   }
 
   [[nodiscard]] CameraSight with_circle_of_images() const {
-    CameraSight sight{.camera = camera_, .view = {}, .sightings = {}, .fits = {}};
+    CameraSight sight;
+    sight.camera = camera_;
     sight.sightings.resize(problem_.frames.size());
     SelfView& v = sight.view;
     const auto all = images();
@@ -177,10 +178,9 @@ class CameraSearch {
     std::vector<double> logs;
     std::vector<double> sigmas;
     std::vector<double> slope_errors;
-    const double rim_px = sight.view.circle->radius_px;
-    const MirrorView view = upright_view(problem_.rig, guess.mirror, rim_px);
+    const MirrorView view = upright_view(problem_.rig, guess.mirror, sight.view.circle->radius_px);
     for (const auto& frame : sight.sightings) {
-      const auto read = ranged(frame, guess, problem_.rig, rim_px, problem_.landmarks);
+      const auto read = ranged(frame, view, guess.mirrored, problem_.landmarks);
       auto& pose = result.poses.emplace_back(pose_of(read, problem_.landmarks));
       if (!pose) continue;
       result.fitted += pose->fitted.size();

@@ -157,9 +157,8 @@ std::optional<double> slope_error(const MirrorView& view, const ColourSighting& 
   return (ray->origin_m.z() + ray->direction.z() / along.norm() * way_m - landmark.top_m) / distance_m;
 }
 
-std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const Guess& guess, const Rig& rig,
-                           double rim_px, const std::vector<Landmark>& landmarks) {
-  const MirrorView view = upright_view(rig, guess.mirror, rim_px);
+std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const MirrorView& view, bool mirrored,
+                           const std::vector<Landmark>& landmarks) {
   std::vector<Ranged> result;
   for (const ColourSighting& s : sightings) {
     const Landmark& landmark = landmarks[s.landmark];
@@ -170,7 +169,7 @@ std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const G
     const double by_elevation =
         rise_m > 0 && range_m > 0 ? kElevationSigma_rad * (range_m / rise_m + rise_m / range_m) : 0;
     result.push_back(
-        {s.landmark, guess.mirrored ? -s.angle_rad : s.angle_rad, range_m, std::max(kLogRangeSigma, by_elevation)});
+        {s.landmark, mirrored ? -s.angle_rad : s.angle_rad, range_m, std::max(kLogRangeSigma, by_elevation)});
   }
   return result;
 }

@@ -56,10 +56,9 @@ MirrorView upright_view(const Rig& rig, Side mirror, double rim_px);
 std::optional<double> slope_error(const MirrorView& view, const ColourSighting& sighting, const Landmark& landmark,
                                   double distance_m);
 
-/// Returns the sightings of a frame as the guess reads them, for a mirror that is upright and on the body's axis, with
-/// a rim of that radius.
-std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const Guess& guess, const Rig& rig,
-                           double rim_px, const std::vector<Landmark>& landmarks);
+/// Returns the sightings of a frame with the ranges that an upright_view gives them.
+std::vector<Ranged> ranged(const std::vector<ColourSighting>& sightings, const MirrorView& view, bool mirrored,
+                           const std::vector<Landmark>& landmarks);
 
 /// Returns the pose with which most sightings agree; nothing if fewer than kLeastRigLandmarks do. Poses are tried from
 /// each two directions with ranges, and, where these are hardly known, from each three directions; then one more
