@@ -91,6 +91,13 @@ class Matcher {
         disparities_(std::clamp(greatest_px / 2 + 2, 2, slopes_)),
         stride_((disparities_ + 2 + 15) / 16 * 16) {
     for (const cv::Mat& level : pair.lower) lower_.push_back(normalised(level));
+    for (int i = 0; i < slopes_; ++i) {
+      for (int d = 0; d < std::min(i + 1, disparities_); ++d) {
+        const int level = blur_.level(2 * i, 2 * (i - d));
+        if (d == 0 || runs_.back().level != level) runs_.push_back({i, d, d, level});
+        ++runs_.back().end;
+      }
+    }
     if (pair.floor->is_shown()) {
       floor_ = normalised(with_floor_of_lower(pair.upper, *pair.floor));
       spread_ = static_cast<float>(1 - pair.floor->per_slope);
@@ -141,25 +148,13 @@ class Matcher {
     const auto* shown = lower_shown_.ptr<Byte>(azimuth);
     const auto* upper = upper_.ptr<Byte>(azimuth);
     const auto* hidden = upper_hidden_.ptr<Byte>(azimuth);
-    for (int i = 0; i < slopes_; ++i) {
-      Byte* const out = &raw[std::size_t(i) * std::size_t(stride_)];
-      const int count = std::min(i + 1, disparities_);
-      if (shown[i] == 0) {
-        std::fill_n(out, stride_, Byte(kTruncated));
-        continue;
-      }
-      const Byte* const other = upper + (slopes_ - 1 - i);
-      const Byte* const unseen = hidden + (slopes_ - 1 - i);
-      for (int begin = 0; begin < count;) {
-        // The level grows with the disparity.
-        const int level = blur_.level(2 * i, 2 * (i - begin));
-        int end = begin + 1;
-        while (end < count && blur_.level(2 * i, 2 * (i - end)) == level) ++end;
-        const Byte value = lower_[std::size_t(level)].at<Byte>(azimuth, i);
-        difference_costs(value, other + begin, unseen + begin, std::size_t(end - begin), kTruncated, out + begin);
-        begin = end;
-      }
-      std::fill(out + count, out + stride_, Byte(kTruncated));
+    std::ranges::fill(raw, Byte(kTruncated));
+    for (const auto& [i, begin, end, level] : runs_) {
+      if (shown[i] == 0) continue;
+      const Byte value = lower_[std::size_t(level)].at<Byte>(azimuth, i);
+      const int first = slopes_ - 1 - i + begin;
+      Byte* const out = &raw[std::size_t(i) * std::size_t(stride_) + std::size_t(begin)];
+      difference_costs(value, upper + first, hidden + first, std::size_t(end - begin), kTruncated, out);
     }
   }
 
@@ -349,6 +344,11 @@ class Matcher {
 
   const AcrossBlur& blur_;
   std::vector<cv::Mat> lower_;  ///< by level
+  /// Disparities of a slope that need the same level. The level grows with the disparity.
+  struct Run {
+    int slope, begin, end, level;
+  };
+  std::vector<Run> runs_;
   cv::Mat upper_, lower_shown_, upper_hidden_;
   cv::Mat floor_;                ///< the upper view with the floor of the lower one; empty: no floor is shown
   std::vector<float> floor_px_;  ///< the floor's disparity by slope

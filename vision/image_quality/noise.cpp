@@ -39,6 +39,29 @@ struct Tile {
   double light_per_grey2;
 };
 
+/// Returns the squares of light_per_grey() of each integer code.
+const std::array<double, 256>& light_per_grey2_of_code() {
+  static const std::array<double, 256> kOfCode = [] {
+    std::array<double, 256> squares{};
+    for (std::size_t code = 0; code < squares.size(); ++code) squares[code] = std::pow(light_per_grey(double(code)), 2);
+    return squares;
+  }();
+  return kOfCode;
+}
+
+/// Returns the bin of a light.
+std::size_t light_bin(double light) {
+  static const std::array<double, NoiseSamples::kBins> kFirst = [] {
+    std::array<double, NoiseSamples::kBins> first{};
+    for (std::size_t bin = 0; bin < first.size(); ++bin) {
+      first[bin] = srgb_to_linear(256. * double(bin) / NoiseSamples::kBins);
+    }
+    return first;
+  }();
+  const auto next = std::ranges::upper_bound(kFirst, light);
+  return std::size_t(std::max<std::ptrdiff_t>(next - kFirst.begin() - 1, 0));
+}
+
 /// Measures one channel of the tile whose upper left pixel is given.
 Tile measure(const cv::Mat& rgb, int column, int row, int channel) {
   const std::array<float, 256>& light = light_of_code();
@@ -61,8 +84,7 @@ Tile measure(const cv::Mat& rgb, int column, int row, int channel) {
   const float slope = (along_column * along_column + along_row * along_row) / kSquares;
   const float scatter = std::max(0.F, squares - sum * sum / kPixels - slope) / kFreedom;
   const int code = (codes + kPixels / 2) / kPixels;
-  const double per_grey = light_per_grey(code);
-  const double per_grey2 = per_grey * per_grey;
+  const double per_grey2 = light_per_grey2_of_code()[std::size_t(code)];
   return {double(middle + sum / kPixels), scatter / per_grey2, slope / per_grey2, per_grey2};
 }
 
@@ -180,8 +202,7 @@ NoiseSamples noise_samples(const cv::Mat& rgb, const ImageRegion& region) {
       if (!image_quality::is_within(region, column + kHalfTile_px, row + kHalfTile_px, kHalfTile_px * 1.5)) continue;
       for (int channel = 0; channel < 3; ++channel) {
         const Tile tile = measure(rgb, column, row, channel);
-        const double bin = std::floor(linear_to_srgb(tile.level) / 256 * NoiseSamples::kBins);
-        levels[std::size_t(std::clamp(bin, 0., NoiseSamples::kBins - 1.))].push_back(tile);
+        levels[light_bin(tile.level)].push_back(tile);
       }
     }
   }
