@@ -50,8 +50,11 @@ void check(const std::vector<Landmark>& targets, cv::Size lower, cv::Size upper)
 // belief as below of a rig and map that are not exact, are another landmark's, or the map is wrong.
 constexpr double kBandSigmas = 6;
 constexpr double kDoubtfulLine = 0.02;
-// The height of bands is fitted with this many of its sigmas, so that the image decides and the map counts once.
+// Heights are fitted with this many of their sigmas, so that the image decides, and rig and map count once.
 constexpr double kHeightDoubts = 3;
+// The height of a plain landmark is fitted where an error of the range would have to be more than this share of it to
+// move the top's image as much. Otherwise the range takes it up.
+constexpr double kOfRange = 0.2;
 // Views that differ by more sigmas of rig and map than this do not show the same landmark: by chance once in 700 cases.
 constexpr double kBeliefSigmas = 3;
 
@@ -63,9 +66,8 @@ struct Seen {
   bool has_other_size = false;  ///< of bands: their own size contradicts the height of their line
   bool has_twins = false;       ///< other targets have its colour, and its place is not expected
   bool has_rivals = false;
-  bool is_too_wide = false;                 ///< Rivals::kBeside in one view
-  std::array<double, 2> width_doubts{};     ///< Cylinder::width_doubt of either view
-  std::array<double, 2> height_doubts_m{};  ///< Cylinder::height_doubt_m of either view
+  bool is_too_wide = false;              ///< Rivals::kBeside in one view
+  std::array<double, 2> width_doubts{};  ///< Cylinder::width_doubt of either view
   std::array<Stage, 2> stages{Stage::kFound, Stage::kFound};
   std::optional<Cylinder> expected;
   std::optional<Cylinder> read;  ///< of a banded landmark: its place by the view that reads it
@@ -407,13 +409,7 @@ struct FrameObservation::Impl {
       }
       seen.surfaces[view].limit_of_light = chosen[chosen[view] != nullptr ? view : reading]->limit;
       const auto alone = look.candidate ? alone_in(k, view, *look.candidate) : std::nullopt;
-      if (!alone) continue;
-      seen.width_doubts[view] = width_doubt(k, *alone);
-      // By how much heights may contradict the size of the bands: that of the line, and what the rig makes of the
-      // range.
-      const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
-      const double by_rig_m = alone->by_shared.row(0).norm() * (target.top_m - mirror.tip_m().z()) / *alone->range_m;
-      seen.height_doubts_m[view] = kHeightDoubts * std::hypot(ranging.by_shared[k].row(kTop).norm(), by_rig_m);
+      if (alone) seen.width_doubts[view] = width_doubt(k, *alone);
     }
   }
 
@@ -428,10 +424,28 @@ struct FrameObservation::Impl {
     return Candidate{.angle_rad = std::atan2(from_tip.y(), from_tip.x()), .top_px = from_tip.norm()};
   }
 
+  /// Returns Cylinder::height_doubt_m. Bands may contradict their size by it. Where a view hardly looks down or up at a
+  /// top, no range moves its image: without a doubt, the top would be where the believed rig has the horizon, whatever
+  /// the image shows.
+  [[nodiscard]] double height_doubt_m(std::size_t k, std::size_t view, const Cylinder& cylinder) const {
+    const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
+    const Eigen::Vector2d place_m = cylinder.place_m();
+    const auto near_m = near_top_point(mirror, place_m, cylinder.radius_m, cylinder.top_m);
+    const auto shown = near_m ? mirror.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+    if (!shown) return 0;
+    const Eigen::Vector2d by_height_pxpm = shown->jacobian.col(2);
+    const auto by_rig_px = ranging.belief.pixel_by_shared(Side(view), place_m, cylinder.radius_m, cylinder.top_m);
+    const double by_rig_m = (by_height_pxpm.transpose() * by_rig_px).norm() / by_height_pxpm.squaredNorm();
+    const double doubt_m = std::hypot(ranging.by_shared[k].row(kTop).norm(), by_rig_m);
+    const double by_range = (shown->jacobian.leftCols<2>() * place_m.normalized()).norm() / by_height_pxpm.norm();
+    if (!cylinder.bands && doubt_m < kOfRange * by_range * cylinder.range_m) return 0;
+    return kHeightDoubts * doubt_m;
+  }
+
   void set_doubts(std::size_t k, std::size_t view, const Candidate& candidate, Cylinder& cylinder) const {
     if (ranging.is_exact(k)) return;
     cylinder.width_doubt = all[k].width_doubts[view];
-    if (cylinder.bands) cylinder.height_doubt_m = all[k].height_doubts_m[view];
+    cylinder.height_doubt_m = height_doubt_m(k, view, cylinder);
     cylinder.lean_doubt_rad = std::sqrt(ranging.belief.lean_variance_rad2(Side(view), candidate.top_px));
   }
 

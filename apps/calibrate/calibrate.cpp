@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "apps/calibrate/start.h"
+#include "apps/config/calibration_file.h"
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/image_file.h"
@@ -75,6 +76,20 @@ Error refusal(const vision::CalibrationResult& result, const std::string& runs) 
                runs);
 }
 
+/// Returns what a solution does not know exactly.
+vision::BeliefErrors errors_of(const vision::CalibrationResult& result) {
+  const Eigen::MatrixXd by_shared = config::root_of(result.belief_covariance);
+  vision::BeliefErrors errors;
+  errors.rig = by_shared.topRows(vision::kRigNumbers);
+  errors.times = by_shared.bottomRows<vision::kTimeNumbers>();
+  errors.sighting_px = result.systematic_px;
+  for (std::size_t i = 0; i < result.landmarks.size(); ++i) {
+    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
+    errors.landmarks.emplace_back(by_shared.middleRows(at, vision::kLandmarkNumbers));
+  }
+  return errors;
+}
+
 constexpr int kCircleImages = 31;
 
 std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
@@ -105,6 +120,7 @@ bool is_trusted(vision::RangeVerdict verdict) {
 
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::vector<Landmark>& landmarks, const config::Robot& robot,
+              const std::optional<vision::BeliefErrors>& found,
               const std::vector<std::optional<Eigen::Vector3d>>& poses, const std::function<void(double)>& progress) {
   Sighted sighted;
   for (const runlog::RunData& run : runs) {
@@ -117,7 +133,11 @@ Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chos
       targets[i].top_m = landmarks[of_run->first_landmark + i].top_m;
       targets[i].radius_m = landmarks[of_run->first_landmark + i].radius_m;
     }
-    const vision::BeliefErrors errors = config::to_belief_errors(robot, run.map).vision;
+    vision::BeliefErrors errors = found ? *found : config::to_belief_errors(robot, run.map).vision;
+    if (found) {
+      const auto first = found->landmarks.begin() + std::ptrdiff_t(of_run->first_landmark);
+      errors.landmarks.assign(first, first + std::ptrdiff_t(targets.size()));
+    }
     std::optional<vision::OutlineRanging> ranging;
     try {
       ranging.emplace(rig, targets, size_of(lower_camera), size_of(upper_camera), std::vector<std::size_t>(), errors);
@@ -322,7 +342,8 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   for (int round = 0; round < kMostRounds; ++round) {
     const auto part = [&](double done) { notify(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
     const auto& landmarks = report.result.landmarks.empty() ? problem.landmarks : report.result.landmarks;
-    Sighted sighted = sight(runs, is_rough ? rough : chosen, report.after, landmarks, start.robot, {}, part);
+    const auto known = report.rounds > 0 ? std::optional(errors_of(report.result)) : std::nullopt;
+    Sighted sighted = sight(runs, is_rough ? rough : chosen, report.after, landmarks, start.robot, known, {}, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);
     const std::vector<vision::CalibratedParameter> last = std::move(report.result.parameters);

@@ -113,13 +113,16 @@ struct Sighted {
   std::vector<Error> unreadable;  ///< errors of images; their frames have no sightings
 };
 
-/// Measures the landmarks in the chosen frames, with `rig` and with the uncertainties of `robot` and of each run's map.
+/// Measures the landmarks in the chosen frames with `rig`.
 /// @param landmarks those of `chosen`, with the tops and radii to measure with
+/// @param found what is not known exactly of rig and landmarks; empty: the uncertainties of `robot` and of each run's
+/// map
 /// @param poses of `chosen.frames`, in which landmarks are expected at their places: x m, y m, heading rad in the
 /// world. Without an entry, a landmark's colour identifies it.
 /// @throws config::FileError for landmarks that the method cannot measure
 Sighted sight(const std::vector<runlog::RunData>& runs, const ChosenFrames& chosen, const vision::Rig& rig,
               const std::vector<Landmark>& landmarks, const config::Robot& robot,
+              const std::optional<vision::BeliefErrors>& found,
               const std::vector<std::optional<Eigen::Vector3d>>& poses, const std::function<void(double)>& progress);
 
 /// Returns the wheels as a calibration believes them.

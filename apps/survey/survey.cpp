@@ -319,7 +319,7 @@ Result<Report> solve(const std::vector<runlog::RunData>& runs, const config::Rob
   for (int round = 0; round < start.most_rounds; ++round) {
     std::vector<std::optional<Eigen::Vector3d>> expected = poses;
     if (start.by_hue && round == 0) std::ranges::fill(expected, std::nullopt);
-    calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, expected,
+    calibrate::Sighted sighted = calibrate::sight(on_map, chosen, solution.after, landmarks, robot, {}, expected,
                                                   [&](double done) { notify((round + done) / start.most_rounds); });
     if (!sighted.unreadable.empty()) return sighted.unreadable.front();
     poses.front() = pose_at(rough.first, rough.twist, solution.after.exposures.front().late_s);

@@ -14,7 +14,7 @@ if ! "$twocone" run --robot "$folder/believed.yaml" --self-rig --frames 120 --se
   "$twocone" run --robot "$folder/believed.yaml" --frames 120 --seed 1 --out "$folder/drive" >"$folder/drive.txt" 2>&1
 fi
 begin=$SECONDS
-"$twocone" calibrate "$folder/drive" --out "$folder/calibrated.yaml" >"$folder/calibrate.txt" 2>&1 || { tail -n 1 "$folder/calibrate.txt"; exit 1; }
+"$twocone" calibrate "$folder/drive" --distortion --out "$folder/calibrated.yaml" >"$folder/calibrate.txt" 2>&1 || { tail -n 1 "$folder/calibrate.txt"; exit 1; }
 echo "calibrated in $((SECONDS - begin)) s"
 for drive in 1 2; do
   "$twocone" run --robot "$folder/calibrated.yaml" --frames 60 --seed "1$drive" --out "$folder/fresh$drive" >"$folder/fresh$drive.txt" 2>&1

@@ -420,6 +420,30 @@ TEST(OutlineRanging, ABelievedRigThatIsWrongHardlyMovesTheTop) {
   EXPECT_LT(off_px(errors_of(sigmas, targets.size())), as_exact_px / 4);
 }
 
+// Catches tops that are found at the believed rig's horizon and not where the image shows them. The lower view's eye is
+// 0.25 m high, and hardly looks up at them.
+TEST(OutlineRanging, ABelievedTiltDoesNotMoveTopsAtTheHorizon) {
+  const SyntheticRig rig(floor_rig());
+  std::vector<SyntheticLandmark> landmarks = six_landmarks();
+  for (SyntheticLandmark& l : landmarks) l.top_m = 0.3;
+  SyntheticScene scene{seen_from(landmarks, {0.13, -0.21}, 0.37), {}, {}};
+  scene.shading.diffuse = 0;
+  const auto targets = targets_of(landmarks);
+  BeliefSigmas sigmas;
+  sigmas.set({kTiltX, kTiltY}, 0.01);
+  Eigen::VectorXd wrong = Eigen::VectorXd::Zero(kRigNumbers);
+  wrong[rig_number(Side::kLower, kTiltX)] = 0.006;
+  wrong[rig_number(Side::kLower, kTiltY)] = -0.006;
+  std::mt19937_64 random(1);
+  const auto pair = rig.take(scene, {}, random);
+  const auto off_px = [&](const BeliefErrors& errors) {
+    const OutlineRanging ranging(with_errors(rig.rig, wrong), targets, kImage, kImage, {}, errors);
+    return farthest_px(ranging.measure(pair.lower, pair.upper), rig.rig, scene);
+  };
+  EXPECT_GT(off_px({}), 1);
+  EXPECT_LT(off_px(errors_of(sigmas, targets.size())), 0.1);
+}
+
 TEST(OutlineRanging, TooNearForTheLowerMirrorLeavesTheUpperOneAndThenNone) {
   auto landmarks = six_landmarks();
   SyntheticScene scene{seen_from(landmarks, {1.37, 0.52}, 0.2), {}, {}};  // 1.1 m from the cyan one
