@@ -413,14 +413,20 @@ struct FrameObservation::Impl {
     }
   }
 
+  /// Returns the image of a landmark's near point, also beyond the rim.
+  [[nodiscard]] auto near_point_in(std::size_t view, const Eigen::Vector2d& place_m, double radius_m,
+                                   double top_m) const {
+    const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
+    const auto near_m = near_top_point(mirror, place_m, radius_m, top_m);
+    return near_m ? mirror.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+  }
+
   /// Returns where a view shows the near point of a landmark at a place.
   [[nodiscard]] std::optional<Candidate> candidate_at(std::size_t view, const Eigen::Vector2d& place_m,
                                                       const Landmark& target) const {
-    const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
-    const auto near_m = near_top_point(mirror, place_m, target.radius_m, target.top_m);
-    const auto shown = near_m ? mirror.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+    const auto shown = near_point_in(view, place_m, target.radius_m, target.top_m);
     if (!shown) return std::nullopt;
-    const Eigen::Vector2d from_tip = shown->pixel_px - mirror.settings().centre_px;
+    const Eigen::Vector2d from_tip = shown->pixel_px - of_view(ranging.belief.rig(), Side(view)).settings().centre_px;
     return Candidate{.angle_rad = std::atan2(from_tip.y(), from_tip.x()), .top_px = from_tip.norm()};
   }
 
@@ -428,10 +434,8 @@ struct FrameObservation::Impl {
   /// top, no range moves its image: without a doubt, the top would be where the believed rig has the horizon, whatever
   /// the image shows.
   [[nodiscard]] double height_doubt_m(std::size_t k, std::size_t view, const Cylinder& cylinder) const {
-    const MirrorView& mirror = of_view(ranging.belief.rig(), Side(view));
     const Eigen::Vector2d place_m = cylinder.place_m();
-    const auto near_m = near_top_point(mirror, place_m, cylinder.radius_m, cylinder.top_m);
-    const auto shown = near_m ? mirror.project_with_jacobian(*near_m, Rim::kGoesOn) : std::nullopt;
+    const auto shown = near_point_in(view, place_m, cylinder.radius_m, cylinder.top_m);
     if (!shown) return 0;
     const Eigen::Vector2d by_height_pxpm = shown->jacobian.col(2);
     const auto by_rig_px = ranging.belief.pixel_by_shared(Side(view), place_m, cylinder.radius_m, cylinder.top_m);

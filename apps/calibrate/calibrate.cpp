@@ -76,20 +76,6 @@ Error refusal(const vision::CalibrationResult& result, const std::string& runs) 
                runs);
 }
 
-/// Returns what a solution does not know exactly.
-vision::BeliefErrors errors_of(const vision::CalibrationResult& result) {
-  const Eigen::MatrixXd by_shared = config::root_of(result.belief_covariance);
-  vision::BeliefErrors errors;
-  errors.rig = by_shared.topRows(vision::kRigNumbers);
-  errors.times = by_shared.bottomRows<vision::kTimeNumbers>();
-  errors.sighting_px = result.systematic_px;
-  for (std::size_t i = 0; i < result.landmarks.size(); ++i) {
-    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
-    errors.landmarks.emplace_back(by_shared.middleRows(at, vision::kLandmarkNumbers));
-  }
-  return errors;
-}
-
 constexpr int kCircleImages = 31;
 
 std::vector<vision::WheelReading> readings_between(const runlog::RunData& run, std::size_t from, std::size_t to) {
@@ -342,7 +328,11 @@ Result<Report> calibrate(const std::vector<runlog::RunData>& runs, const config:
   for (int round = 0; round < kMostRounds; ++round) {
     const auto part = [&](double done) { notify(kCirclesShare + (1 - kCirclesShare) * (round + done) / kMostRounds); };
     const auto& landmarks = report.result.landmarks.empty() ? problem.landmarks : report.result.landmarks;
-    const auto known = report.rounds > 0 ? std::optional(errors_of(report.result)) : std::nullopt;
+    std::optional<vision::BeliefErrors> known;
+    if (report.rounds > 0) {
+      known = config::vision_errors(config::root_of(report.result.belief_covariance), report.result.landmarks.size(),
+                                    report.result.systematic_px);
+    }
     Sighted sighted = sight(runs, is_rough ? rough : chosen, report.after, landmarks, start.robot, known, {}, part);
     if (!sighted.unreadable.empty() && !settings.leave_out_unreadable) return sighted.unreadable.front();
     problem.frames = std::move(sighted.frames);

@@ -232,4 +232,16 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   return root;
 }
 
+vision::BeliefErrors vision_errors(const Eigen::MatrixXd& by_shared, std::size_t landmarks, double sighting_px) {
+  vision::BeliefErrors errors;
+  errors.rig = by_shared.topRows(vision::kRigNumbers);
+  errors.times = by_shared.bottomRows<vision::kTimeNumbers>();
+  errors.sighting_px = sighting_px;
+  for (std::size_t i = 0; i < landmarks; ++i) {
+    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
+    errors.landmarks.emplace_back(by_shared.middleRows(at, vision::kLandmarkNumbers));
+  }
+  return errors;
+}
+
 }  // namespace twocone::config

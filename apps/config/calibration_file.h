@@ -9,6 +9,7 @@
 
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
+#include "vision/uncertain_rig.h"
 
 /// The joint uncertainty of what a calibration found and of what it kept (STEM.calibration.json, key `belief`).
 namespace twocone::config {
@@ -54,5 +55,9 @@ Eigen::MatrixXd with_survey(const Calibration& survey, const Robot& robot, const
 /// Returns a matrix R with one column for each independent error of variance 1: covariance = R R^T. Numbers of variance
 /// 0 have zero rows. A diagonal covariance gives one column for each number.
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance);
+
+/// Returns the part of root_of() the covariance of belief_values() that vision uses. @param landmarks how many there
+/// are
+vision::BeliefErrors vision_errors(const Eigen::MatrixXd& by_shared, std::size_t landmarks, double sighting_px);
 
 }  // namespace twocone::config

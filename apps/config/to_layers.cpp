@@ -327,29 +327,27 @@ BeliefErrors to_belief_errors(const Robot& robot, const Map& map) {
 
   const Eigen::VectorXd independent = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()));
   Eigen::MatrixXd covariance = independent.cwiseAbs2().asDiagonal();
-  BeliefErrors errors;
+  double sighting_px = 0;
   if (!robot.rig.calibration.empty()) {
     const Calibration calibration = read_calibration(robot.rig.calibration);
     covariance = belief_covariance(calibration, robot, map, independent);
-    errors.vision.sighting_px = calibration.sighting_px;
+    sighting_px = calibration.sighting_px;
   }
   if (!map.survey.empty()) {
     const Calibration survey = read_calibration(map.survey);
     covariance = with_survey(survey, robot, map, covariance);
-    errors.vision.sighting_px = std::max(errors.vision.sighting_px, survey.sighting_px);
+    sighting_px = std::max(sighting_px, survey.sighting_px);
   }
   const Eigen::MatrixXd by_shared = root_of(covariance);
-  errors.vision.rig = by_shared.topRows(vision::kRigNumbers);
-  for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
-    const Eigen::Index at = vision::kRigNumbers + vision::kLandmarkNumbers * Eigen::Index(i);
-    errors.vision.landmarks.emplace_back(by_shared.middleRows(at, vision::kLandmarkNumbers));
-    errors.places.emplace_back(by_shared.middleRows(at + vision::kPlaceX, 2));
+  BeliefErrors errors;
+  errors.vision = vision_errors(by_shared, map.landmarks.size(), sighting_px);
+  for (const auto& landmark : errors.vision.landmarks) {
+    errors.places.emplace_back(landmark.middleRows<2>(vision::kPlaceX));
   }
   Eigen::Matrix3d by_sizes;  // of left radius share, right radius share, separation
   const double per_radius = 1 / robot.drive.wheel_radius_m;
   by_sizes << per_radius, -0.5, 0, per_radius, 0.5, 0, 0, 0, 1;
   errors.wheels = by_sizes * by_shared.bottomRows<kWheelNumbers + vision::kTimeNumbers>().topRows<kWheelNumbers>();
-  errors.vision.times = by_shared.bottomRows<vision::kTimeNumbers>();
   return errors;
 }
 
