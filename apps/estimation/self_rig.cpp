@@ -94,16 +94,20 @@ SelfRigAnswer compare_with_file(const config::Robot& robot, const vision::SelfRi
              off > std::max(least, kSameSigmas * its_sigma);
     };
     const Eigen::Vector2d centre(file.centre_px[0], file.centre_px[1]);
-    if (differs("centre_px", (seen.centre_px - centre).norm(), kSameCentre_px, view.sigma_centre_px)) {
+    // The rig's rim is that of the image without distortion, the images show another. A lens with the coefficient k1
+    // makes a circle's radius r greater by k1 r^3 / v^2, and takes its centre, to first order, away from the lens's
+    // axis by 3 k1 r^2 / v^2 times their distance.
+    const double bent_share = sigma.distortion * std::pow(seen.rim_radius_px / of_view(rig, side).focal_length_px(), 2);
+    const Eigen::Vector2d axis_px =
+        seen.distortion ? seen.distortion->principal_px : seen.lens_axis_px.value_or(seen.centre_px);
+    const double sigma_centre_px = std::hypot(view.sigma_centre_px, 3 * bent_share * (seen.centre_px - axis_px).norm());
+    if (differs("centre_px", (seen.centre_px - centre).norm(), kSameCentre_px, sigma_centre_px)) {
       add("centre_px", fmt::format("({:.1f}, {:.1f})", centre.x(), centre.y()),
           fmt::format("({:.1f}, {:.1f}) px", seen.centre_px.x(), seen.centre_px.y()));
       file.centre_px = {seen.centre_px.x(), seen.centre_px.y()};
-      replaced.centre_px = std::max(replaced.centre_px, view.sigma_centre_px);
+      replaced.centre_px = std::max(replaced.centre_px, sigma_centre_px);
     }
-    // The rig's rim is that of the image without distortion, the images show another.
-    const double bent_px =
-        sigma.distortion * std::pow(seen.rim_radius_px, 3) / std::pow(of_view(rig, side).focal_length_px(), 2);
-    const double sigma_rim_px = std::hypot(view.circle->sigma_radius_px, bent_px);
+    const double sigma_rim_px = std::hypot(view.circle->sigma_radius_px, bent_share * seen.rim_radius_px);
     if (differs("rim_radius_px", std::abs(seen.rim_radius_px - file.rim_radius_px),
                 kSameRadiusShare * seen.rim_radius_px, sigma_rim_px)) {
       add("rim_radius_px", fmt::format("{:.1f}", file.rim_radius_px), fmt::format("{:.1f} px", seen.rim_radius_px));

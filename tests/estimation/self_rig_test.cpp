@@ -2,11 +2,13 @@
 #include "apps/estimation/self_rig.h"
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <Eigen/Dense>
 
 #include "tests/support/lab_robot.h"
 
@@ -113,14 +115,42 @@ TEST(SelfRig, BothTiltsAreReplacedIfOneIsContradicted) {
 }
 
 // Catches a rim that is stated as exactly as the images show it, although a lens that is not known has moved it there.
-TEST(SelfRig, ALensThatIsNotKnownCountsInTheRimsSigma) {
+TEST(SelfRig, ALensThatIsNotKnownCountsInTheRimsSigmas) {
   vision::SelfRig found = as_in_file();
   found.views[1].circle->radius_px = 197.5;
+  found.views[1].centre_px = {349.5, 199.5};  // (30, -40) px off the lens's axis
   config::Robot robot = lab_robot();
   robot.rig.sigma = config::RigSigma{.distortion = 0.03};
   const SelfRigAnswer answer = compared(robot, found);
   // v is three times the rim's radius.
   EXPECT_NEAR(answer.rig.sigma->rim_radius_px, std::hypot(0.05, 0.03 * 197.5 / 9), 1e-9);
+  EXPECT_NEAR(answer.rig.sigma->centre_px, std::hypot(0.5, 3 * 0.03 * 50 / 9), 1e-9);
+}
+
+// Catches a centre whose sigma does not hold by how much a lens moves a circle that is not about its axis.
+TEST(SelfRig, TheSigmaOfACentreIsWhatTheLensMovesACircleBy) {
+  constexpr double kK1 = 0.03, kRadius_px = 236;
+  const Eigen::Vector2d from_axis_px(12, -5);
+  vision::SelfRig found = as_in_file();
+  found.views[1].centre_px += from_axis_px;
+  found.views[1].sigma_centre_px = 0;
+  config::Robot robot = lab_robot();
+  robot.rig.sigma = config::RigSigma{.distortion = kK1};
+  const SelfRigAnswer answer = compared(robot, found);
+
+  Eigen::MatrixXd equations(360, 3);
+  Eigen::VectorXd squares(360);
+  for (int degree = 0; degree < 360; ++degree) {
+    const Eigen::Rotation2Dd turn(degree * std::numbers::pi / 180);
+    const Eigen::Vector2d straight_px = from_axis_px + kRadius_px * (turn * Eigen::Vector2d::UnitX());
+    const Eigen::Vector2d bent_px = straight_px * (1 + kK1 * straight_px.squaredNorm() / std::pow(3 * kRadius_px, 2));
+    equations.row(degree) << 2 * bent_px.x(), 2 * bent_px.y(), 1;
+    squares[degree] = bent_px.squaredNorm();
+  }
+  const Eigen::Vector3d circle = equations.colPivHouseholderQr().solve(squares);
+  const double moved_px = (circle.head<2>() - from_axis_px).norm();
+  ASSERT_TRUE(answer.rig.sigma);
+  EXPECT_NEAR(answer.rig.sigma->centre_px, moved_px, 0.02 * moved_px);
 }
 
 // Catches an upper azimuth that does not follow a lower one which only the file knows.
