@@ -223,6 +223,30 @@ std::vector<Edge> edges_about(const cv::Mat& grey, const RimCircle& circle, int 
 
 }  // namespace
 
+RimCircle rim_in_image(const MirrorView& view) {
+  const MirrorViewSettings& s = view.settings();
+  if (!s.distortion) return {s.centre_px, s.rim_radius_px, 0};
+  constexpr int kPoints = 90;
+  std::vector<Eigen::Vector2d> points_px;
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle_rad = 2 * std::numbers::pi * i / kPoints;
+    const Eigen::Vector2d out(std::cos(angle_rad), std::sin(angle_rad));
+    if (const auto point_px = view.distort_px(s.centre_px + s.rim_radius_px * out)) points_px.push_back(*point_px);
+  }
+  if (points_px.size() < kPoints / 2) return {s.centre_px, s.rim_radius_px, 0};
+  // Least squares for |p|^2 = 2 c p + q, with the centre c and q = r^2 - |c|^2.
+  Eigen::MatrixX3d equations(points_px.size(), 3);
+  Eigen::VectorXd squares(points_px.size());
+  for (Eigen::Index i = 0; i < squares.size(); ++i) {
+    const Eigen::Vector2d p_px = points_px[std::size_t(i)] - s.centre_px;
+    equations.row(i) << 2 * p_px.x(), 2 * p_px.y(), 1;
+    squares[i] = p_px.squaredNorm();
+  }
+  const Eigen::Vector3d fit = equations.colPivHouseholderQr().solve(squares);
+  const Eigen::Vector2d centre_px = fit.head<2>();
+  return {s.centre_px + centre_px, std::sqrt(fit.z() + centre_px.squaredNorm()), 0};
+}
+
 std::optional<RimCircle> find_rim(const cv::Mat& rgb, const RimCircle& expected, double search_share) {
   const cv::Mat grey = checked_grey(rgb, expected, search_share);
   const RimSearch where{expected, search_share};

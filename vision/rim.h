@@ -8,6 +8,8 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
+#include "vision/mirror_view.h"
+
 /// Finds a mirror's rim in the camera's image, roughly and to sub-pixels, and the point of its tip.
 namespace twocone::vision {
 
@@ -17,6 +19,10 @@ struct RimCircle {
   double radius_px = 0;
   double support = 0;  ///< share of the directions from the centre whose edge lies within a pixel of the circle, 0 to 1
 };
+
+/// Returns the circle that fits a view's rim best in the camera's image, which its lens may bend: `centre_px` and
+/// `rim_radius_px` of the view are those of the image without distortion.
+RimCircle rim_in_image(const MirrorView& view);
 
 /// The share of the expected radius within which a rim is searched, to either side.
 constexpr double kRimSearch = 0.2;

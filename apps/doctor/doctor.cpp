@@ -37,11 +37,6 @@ constexpr const char* kWholeAdvice =
 constexpr std::chrono::milliseconds kWholePairTime{60'000};
 constexpr std::chrono::milliseconds kFirstImageTime{150'000};
 
-/// Returns the rim in the image according to `rig:`.
-vision::RimCircle rim_of(const config::RigView& view) {
-  return {{view.centre_px[0], view.centre_px[1]}, view.rim_radius_px, 0};
-}
-
 class Examination {
  public:
   Examination(const config::Robot& robot, const Options& options, const Openers& openers,
@@ -90,8 +85,8 @@ class Examination {
     if (!lower && !upper && !drive && !others) return check_whole_robot(settings);
     const auto differ = drivers::check_cameras_differ(settings);
     if (!differ) report_.add(failed_row("cameras", "two devices", differ.error(), ""));
-    check_camera_part("lower", settings.lower, rim_of(robot_.rig.lower));
-    check_camera_part("upper", settings.upper, rim_of(robot_.rig.upper));
+    check_camera_part("lower", settings.lower, believed_rim(vision::Side::kLower));
+    check_camera_part("upper", settings.upper, believed_rim(vision::Side::kUpper));
     for (const drivers::OtherCamera& other : settings.others) check_camera_part(other.name, other.part, std::nullopt);
     check_rig_part();
     if (lower && upper && differ) check_pair_part(settings);
@@ -132,10 +127,16 @@ class Examination {
                    fmt::format("left {:.3f} rad, right {:.3f} rad", angles->left_rad, angles->right_rad)});
     }
     surroundings_.progress("simulated robot", 0.5);
-    check_view("lower", pair->lower, settings.lower.driver, rim_of(robot_.rig.lower));
-    check_view("upper", pair->upper, settings.upper.driver, rim_of(robot_.rig.upper));
+    check_view("lower", pair->lower, settings.lower.driver, believed_rim(vision::Side::kLower));
+    check_view("upper", pair->upper, settings.upper.driver, believed_rim(vision::Side::kUpper));
     check_rig_part();
     whole.stop();
+  }
+
+  /// Returns the rim in the image according to `rig:`.
+  [[nodiscard]] vision::RimCircle believed_rim(vision::Side side) const {
+    const vision::Rig rig = config::to_assumed_rig(robot_);
+    return vision::rim_in_image(vision::of_view(rig, side));
   }
 
   void report_simulated(const std::string& part, const std::string& driver) {

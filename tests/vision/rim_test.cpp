@@ -43,6 +43,29 @@ TEST(FindRim, FindsARimThatIsElsewhereThanExpected) {
   EXPECT_GT(rim->support, 0.9);
 }
 
+// Catches a rim that is compared with where it would be without the lens's distortion.
+TEST(RimInImage, IsWhereABentImageShowsIt) {
+  MirrorViewSettings settings = lab_view(0.25);
+  settings.centre_px = {322.0, 246.5};
+  settings.rim_radius_px = 212;
+  settings.distortion = {.coefficients = {0.05, -0.02, 0, 0}, .focal_px = {600, 600}, .principal_px = {319.5, 239.5}};
+  const MirrorView view(settings);
+  cv::Mat image(480, 640, CV_8UC3);
+  for (int r = 0; r < image.rows; ++r) {
+    for (int c = 0; c < image.cols; ++c) {
+      const double from_px = (*view.undistort_px({double(c), double(r)}) - settings.centre_px).norm();
+      const double cover = std::clamp(settings.rim_radius_px - from_px + 0.5, 0.0, 1.0);
+      image.at<cv::Vec3b>(r, c) = cv::Vec3b::all(static_cast<std::uint8_t>(180 - 90 * cover));
+    }
+  }
+  const RimCircle expected = rim_in_image(view);
+  EXPECT_GT(expected.radius_px - settings.rim_radius_px, 1);
+  const auto rim = find_rim(image, expected);
+  ASSERT_TRUE(rim);
+  EXPECT_LT((rim->centre_px - expected.centre_px).norm(), kSharp_px);
+  EXPECT_NEAR(rim->radius_px, expected.radius_px, kSharp_px);
+}
+
 TEST(FindRim, IsNotLedAstrayByOtherEdges) {
   cv::Mat image = disc(319.5, 239.5, 220, 90, 180);
   image(cv::Rect(470, 0, 40, 480)).setTo(cv::Scalar::all(255));  // a bright bar across a third of the rim's right side

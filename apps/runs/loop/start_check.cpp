@@ -74,26 +74,26 @@ Result<std::optional<std::string>> StartCheck::wait(const std::atomic<bool>& sto
 std::vector<std::string> rim_warnings(const config::Robot& robot, const Image& lower, const Image& upper,
                                       double limit_px) {
   std::vector<std::string> warnings;
-  for (const auto& [view, image, rig] :
-       {std::tuple{"lower", &lower, &robot.rig.lower}, {"upper", &upper, &robot.rig.upper}}) {
+  const vision::Rig rig = config::to_assumed_rig(robot);
+  for (const auto& [view, image, mirror] : {std::tuple{"lower", &lower, &rig.lower}, {"upper", &upper, &rig.upper}}) {
     const auto rgb = to_rgb8(*image);
     if (!rgb) continue;
     const cv::Mat pixels = estimation::as_mat(*rgb);
-    const Eigen::Vector2d centre(rig->centre_px[0], rig->centre_px[1]);
-    const auto rim = vision::find_rim(pixels, {centre, rig->rim_radius_px, 0});
-    if (!rim && !vision::rim_may_show(pixels, {centre, rig->rim_radius_px, 0})) {
+    const vision::RimCircle expected = vision::rim_in_image(*mirror);
+    const auto rim = vision::find_rim(pixels, expected);
+    if (!rim && !vision::rim_may_show(pixels, expected)) {
       warnings.push_back(fmt::format(
           "note: the {0} mirror's rim does not stand out in the first image: rig.{0} was not compared with it", view));
     } else if (!rim) {
       warnings.push_back(fmt::format(
           "warning: no mirror rim was found in the first {} image near the one that rig.{} states", view, view));
-    } else if (std::abs(rim->radius_px - rig->rim_radius_px) > limit_px ||
-               (rim->centre_px - centre).norm() > limit_px) {
+    } else if (std::abs(rim->radius_px - expected.radius_px) > limit_px ||
+               (rim->centre_px - expected.centre_px).norm() > limit_px) {
       warnings.push_back(fmt::format(
           "warning: the {} mirror's rim is seen at centre ({:.1f}, {:.1f}) px with radius {:.1f} px, but rig.{} states "
-          "({:.1f}, {:.1f}) and {:.1f}: ranges will be wrong; correct the robot file",
-          view, rim->centre_px.x(), rim->centre_px.y(), rim->radius_px, view, centre.x(), centre.y(),
-          rig->rim_radius_px));
+          "({:.1f}, {:.1f}) and {:.1f}{}: ranges will be wrong; correct the robot file",
+          view, rim->centre_px.x(), rim->centre_px.y(), rim->radius_px, view, expected.centre_px.x(),
+          expected.centre_px.y(), expected.radius_px, mirror->settings().distortion ? " as its lens bends them" : ""));
     }
   }
   return warnings;
