@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -87,6 +88,18 @@ class Manual final : public Behaviour {
  private:
   Body body_;
   std::function<Shares()> requested_;
+};
+
+/// Drives as a function of the program that uses this library decides.
+class Controlled final : public Behaviour {
+ public:
+  /// Decides as Behaviour::decide().
+  using Decide = std::function<Motion(const localisation::Pose& believed, double step_s)>;
+  explicit Controlled(Decide decide) : decide_(std::move(decide)) {}
+  Motion decide(const localisation::Pose& believed, double step_s) override { return decide_(believed, step_s); }
+
+ private:
+  Decide decide_;
 };
 
 /// Wanders randomly as in section 3.1.2 of the paper. The robot drives forward until, according to the map, a wall or

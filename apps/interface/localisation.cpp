@@ -7,7 +7,7 @@
 #include "localisation/least_squares_fix.h"
 
 namespace twocone {
-inline namespace v0_1 {
+inline namespace v1_0 {
 
 PoseAnswer locate(std::span<const LandmarkObservation> observations) {
   std::vector<localisation::LandmarkMeasurement> measurements;
@@ -24,5 +24,5 @@ PoseAnswer locate(std::span<const LandmarkObservation> observations) {
   return interface::to_answer(localisation::fix_by_least_squares(measurements));
 }
 
-}  // namespace v0_1
+}  // namespace v1_0
 }  // namespace twocone

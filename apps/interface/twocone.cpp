@@ -7,6 +7,8 @@
 #include <atomic>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/config/to_layers.h"
@@ -23,7 +25,6 @@ namespace {
 // The signal handler sets it. It is never cleared, because a program that receives such a signal must end.
 std::atomic<bool> signalled{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
-const std::atomic<bool> kNever{false};
 
 void stop_on_signals() {
   struct sigaction action {};
@@ -51,7 +52,7 @@ Pose to_pose(const localisation::Pose& pose) { return {pose.x_m, pose.y_m, pose.
 }  // namespace
 }  // namespace interface
 
-inline namespace v0_1 {
+inline namespace v1_0 {
 
 // ---- description
 
@@ -86,17 +87,21 @@ Pose RobotDescription::start() const { return interface::to_pose(config::to_star
 struct CapturedFrame::Impl {
   std::uint64_t number = 0;
   runs::TakenPair pair;
-  const std::atomic<bool>* stop = nullptr;
+  runs::IsStopped is_stopped;
   // The images that lower() and upper() have returned.
-  mutable std::optional<Image> lower, upper;
+  mutable std::shared_ptr<const Image> lower, upper;
 
-  static Expected<ImageView> view(const Frame& of, const std::atomic<bool>& stop, std::optional<Image>& kept) {
+  static Expected<ImageView> view(const Frame& of, const runs::IsStopped& is_stopped,
+                                  std::shared_ptr<const Image>& kept) {
     if (!kept) {
-      const auto image = runs::wait_for_image(of, stop);
+      auto image = runs::wait_for_image(of, is_stopped);
       if (!image) return interface::to_failure(image.error());
-      auto rgb = to_rgb8(**image);
-      if (!rgb) return interface::to_failure(rgb.error());
-      kept = *std::move(rgb);
+      if ((*image)->format != PixelFormat::kRgb8) {
+        auto rgb = to_rgb8(**image);
+        if (!rgb) return interface::to_failure(rgb.error());
+        *image = std::make_shared<const Image>(*std::move(rgb));
+      }
+      kept = *std::move(image);
     }
     return ImageView{kept->width_px, kept->height_px, {kept->bytes.data(), kept->bytes.size()}};
   }
@@ -105,10 +110,10 @@ struct CapturedFrame::Impl {
 std::uint64_t CapturedFrame::number() const { return impl_->number; }
 double CapturedFrame::t_s() const { return impl_->pair.t_s; }
 Expected<ImageView> CapturedFrame::lower() const {
-  return Impl::view(impl_->pair.frame.lower, *impl_->stop, impl_->lower);
+  return Impl::view(impl_->pair.frame.lower, impl_->is_stopped, impl_->lower);
 }
 Expected<ImageView> CapturedFrame::upper() const {
-  return Impl::view(impl_->pair.frame.upper, *impl_->stop, impl_->upper);
+  return Impl::view(impl_->pair.frame.upper, impl_->is_stopped, impl_->upper);
 }
 
 // ---- robot
@@ -118,7 +123,7 @@ struct ConnectedRobot::Impl {
   localisation::WheelGeometry wheels;
   Robot robot;
   runs::PairTaker pairs;
-  const std::atomic<bool>* stop = &interface::kNever;
+  runs::IsStopped is_stopped;
   std::uint64_t frames = 0;
 
   /// Stops the wheels and converts the error. If the command does not arrive, the dead-man rule stops them.
@@ -141,7 +146,7 @@ Expected<CapturedFrame> ConnectedRobot::next_frame(std::chrono::milliseconds tim
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     auto frame = impl_->robot.next_frame(std::clamp(left, std::chrono::milliseconds(0), runs::kStopSlice));
-    if (*impl_->stop) return impl_->fail({ErrorCode::kCancelled, "interrupted by a signal"});
+    if (impl_->is_stopped()) return impl_->fail({ErrorCode::kCancelled, "interrupted while a frame was awaited"});
     if (!frame) {
       if (frame.error().code == ErrorCode::kTimeout && std::chrono::steady_clock::now() < deadline) continue;
       return impl_->fail(frame.error());
@@ -150,7 +155,7 @@ Expected<CapturedFrame> ConnectedRobot::next_frame(std::chrono::milliseconds tim
     if (!pair) return impl_->fail(pair.error());
     CapturedFrame result;
     result.impl_ = std::make_shared<CapturedFrame::Impl>(
-        CapturedFrame::Impl{impl_->frames++, *std::move(pair), impl_->stop, {}, {}});
+        CapturedFrame::Impl{impl_->frames++, *std::move(pair), impl_->is_stopped, {}, {}});
     return result;
   }
 }
@@ -169,6 +174,8 @@ std::optional<Pose> ConnectedRobot::true_pose() const {
   return truth ? std::optional(interface::to_pose(*truth)) : std::nullopt;
 }
 
+std::string ConnectedRobot::contact() const { return impl_->robot.contact(); }
+
 void ConnectedRobot::stop() noexcept { impl_->robot.stop(); }
 
 Expected<ConnectedRobot> open_robot(const std::filesystem::path& robot_file, const OpenOptions& options) {
@@ -184,7 +191,9 @@ Expected<ConnectedRobot> open_robot(const std::filesystem::path& robot_file, con
   const auto wheels = config::to_wheels(robot);
   auto impl = std::make_unique<ConnectedRobot::Impl>(ConnectedRobot::Impl{
       description, wheels, *std::move(opened), runs::PairTaker(wheels, config::to_start_pose(robot)),
-      options.stop_on_signals ? &interface::signalled : &interface::kNever});
+      [on_signals = options.stop_on_signals, is_cancelled = options.is_cancelled] {
+        return (on_signals && interface::signalled) || (is_cancelled && is_cancelled());
+      }});
   return ConnectedRobot(std::move(impl));
 }
 
@@ -196,13 +205,40 @@ struct Localiser::Impl {
   RobotDescription description;
   estimation::Estimator estimator;
   estimation::Track track;
+  localisation::Odometry odometry;
+  // Of the last frame of update(OwnFrame).
+  std::optional<double> last_t_s{};
+  bool had_wheels = false;
+
+  /// Computes the answer of a frame. @param wheels of the frame; nothing: they are not known
+  Expected<FrameReport> answer(const Image& lower, const Image& upper, double t_s,
+                               const std::optional<WheelTurns>& wheels, const localisation::Pose& odometry_pose) {
+    const auto answer = estimator.answer(lower, upper);
+    if (!answer) return interface::to_failure(answer.error());
+    const auto track_answer = wheels ? track.follow(t_s, wheels->left_rad, wheels->right_rad, odometry_pose.heading_rad,
+                                                    answer->fix, answer->scan)
+                                     : estimation::track_without_wheels(answer->fix);
+    FrameReport report;
+    const auto& landmarks = description.impl_->map.landmarks;
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      report.ranges.push_back(interface::range_answer(landmarks[i].name, answer->ranges[i]));
+    }
+    report.fix = interface::to_answer(answer->fix);
+    if (track_answer.position_m && track_answer.heading_rad) {
+      report.track = Pose{track_answer.position_m->x(), track_answer.position_m->y(), *track_answer.heading_rad};
+      if (track_answer.covariance) report.covariance = interface::to_array(*track_answer.covariance);
+    }
+    report.odometry = interface::to_pose(odometry_pose);
+    return report;
+  }
 };
 
 Localiser::Localiser(const RobotDescription& description) {
   const config::Robot& robot = description.impl_->robot;
   const auto method = estimation::method_of(robot);
   impl_ = std::make_unique<Impl>(Impl{description, estimation::Estimator(method, robot, description.impl_->map),
-                                      estimation::Track(method, robot, description.impl_->map)});
+                                      estimation::Track(method, robot, description.impl_->map),
+                                      localisation::Odometry(config::to_wheels(robot), config::to_start_pose(robot))});
 }
 Localiser::Localiser(Localiser&&) noexcept = default;
 Localiser& Localiser::operator=(Localiser&&) noexcept = default;
@@ -210,24 +246,32 @@ Localiser::~Localiser() = default;
 
 Expected<FrameReport> Localiser::update(const CapturedFrame& frame) {
   const runs::TakenPair& taken = frame.impl_->pair;
-  const auto images = runs::wait_for_images(taken.frame, *frame.impl_->stop);
+  const auto images = runs::wait_for_images(taken.frame, frame.impl_->is_stopped);
   if (!images) return interface::to_failure(images.error());
-  const auto answer = impl_->estimator.answer(*images->first, *images->second);
-  if (!answer) return interface::to_failure(answer.error());
-  const auto track = impl_->track.follow(taken.t_s, taken.angles.left_rad, taken.angles.right_rad,
-                                         taken.odometry.heading_rad, answer->fix, answer->scan);
-  FrameReport report;
-  const auto& landmarks = impl_->description.impl_->map.landmarks;
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    report.ranges.push_back(interface::range_answer(landmarks[i].name, answer->ranges[i]));
+  return impl_->answer(*images->first, *images->second, taken.t_s,
+                       WheelTurns{taken.angles.left_rad, taken.angles.right_rad}, taken.odometry);
+}
+
+Expected<FrameReport> Localiser::update(const OwnFrame& frame) {
+  const bool has_wheels = frame.wheels.has_value();
+  if (impl_->last_t_s && !(frame.t_s > *impl_->last_t_s)) {
+    return Failure{FailureCode::kInvalidState, fmt::format("the frame's time is {} s, must be later than {} s, that of "
+                                                           "the frame before",
+                                                           frame.t_s, *impl_->last_t_s)};
   }
-  report.fix = interface::to_answer(answer->fix);
-  if (track.position_m && track.heading_rad) {
-    report.track = Pose{track.position_m->x(), track.position_m->y(), *track.heading_rad};
-    if (track.covariance) report.covariance = interface::to_array(*track.covariance);
+  if (impl_->last_t_s && has_wheels != impl_->had_wheels) {
+    return Failure{FailureCode::kInvalidState, "all frames of a localiser must have wheel angles, or none"};
   }
-  report.odometry = interface::to_pose(taken.odometry);
-  return report;
+  // The pixels are the caller's. Nobody keeps them beyond this call.
+  const auto image = [](const ImageView& view) {
+    return Image{view.width_px, view.height_px, PixelFormat::kRgb8,
+                 Bytes::lent(view.rgb, std::make_shared<const char>())};
+  };
+  impl_->last_t_s = frame.t_s;
+  impl_->had_wheels = has_wheels;
+  const auto odometry = has_wheels ? impl_->odometry.update(frame.wheels->left_rad, frame.wheels->right_rad)
+                                   : config::to_start_pose(impl_->description.impl_->robot);
+  return impl_->answer(image(frame.lower), image(frame.upper), frame.t_s, frame.wheels, odometry);
 }
 
 // ---- names. Each points into a string literal.
@@ -236,5 +280,5 @@ const char* to_string(FixVerdict verdict) { return to_string(localisation::FixVe
 const char* to_string(RangeVerdict verdict) { return to_string(vision::RangeVerdict(int(verdict))).data(); }
 const char* to_string(FailureCode code) { return to_string(ErrorCode(int(code))).data(); }
 
-}  // namespace v0_1
+}  // namespace v1_0
 }  // namespace twocone

@@ -311,7 +311,8 @@ std::string repeat_command(const runlog::RunInfo& info, const config::Robot& rob
     return fmt::format("{}twocone localise RUN --method {}", import, shell_word(method));
   }
   // What a person did cannot be repeated, what was seen can.
-  if (info.behaviour == "manual") return fmt::format("twocone localise RUN --method {}", shell_word(method));
+  if (info.behaviour == "manual" || info.behaviour == "controller")
+    return fmt::format("twocone localise RUN --method {}", shell_word(method));
   // The time budget comes from the file or from the command line. A repeated command may name both, because they are
   // equal. With twelve digits, the command's value divided by 1000 gives the same number again.
   using estimation::Method;

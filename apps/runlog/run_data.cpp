@@ -97,6 +97,7 @@ std::filesystem::path results_folder(const std::filesystem::path& run, const std
   std::filesystem::path results =
       method.empty() ? top_results(run) : present(run / "methods", config::NameOf::kMethod, method);
   if (!std::filesystem::is_directory(results)) {
+    if (method.empty()) throw config::FileError("{}: no such folder", results.string());
     throw config::FileError("{}: no results of method {}; make them with: twocone localise {} --method {}",
                             run.string(), method, run.string(), method);
   }

@@ -29,6 +29,7 @@ std::string why_not(const std::filesystem::path& folder, const runlog::RunYaml& 
   if (info.finished) return fmt::format("it is finished, with all its {} frames", info.frames_wanted);
   if (info.behaviour == runlog::kImported) return "it was imported: another program took its images";
   if (info.behaviour == "manual") return "a person drove it; begin a new run";
+  if (info.behaviour == "controller") return "a program of its own drove it; begin a new run";
   if (!config::is_simulated(run.robot)) {
     return "its robot is real, and no program can put it back to its last pose; begin a new run";
   }

@@ -66,7 +66,7 @@ class Loop {
         stop_(stop),
         record_(robot, map, options),
         steering_(robot, options.maps ? estimation::without_landmarks(map) : map, options.behaviour, options.seed,
-                  options.remote, [this](const auto& event) { record_.note(event); }),
+                  options.remote, options.controller, [this](const auto& event) { record_.note(event); }),
         answers_(robot, map, options.method, options.maps) {
     if (options.behaviour == "explore") scanner_.emplace(robot, map);
     if (!answers_.why_no_baseline().empty()) record_.note("no baseline: " + answers_.why_no_baseline());
@@ -269,12 +269,13 @@ class Loop {
       return with_name(fmt::format("frame {}", record.frame.frame), error);
     };
     const SteadyTime waited_from = std::chrono::steady_clock::now();
-    const auto images = wait_for_images(taken.frame, stop_);
+    const IsStopped is_stopped = [this] { return stop_.load(); };
+    const auto images = wait_for_images(taken.frame, is_stopped);
     if (!images) return failed(images.error());
     const auto& [lower, upper] = *images;
     std::vector<runlog::OtherImage> others;
     for (const NamedFrame& other : taken.others) {
-      const auto image = wait_for_image(other.frame, stop_);
+      const auto image = wait_for_image(other.frame, is_stopped);
       if (!image) return failed(with_name(other.name, image.error()));
       others.push_back({other.name, *image});
     }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/behaviours/behaviour.h"
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/estimation/estimator.h"
@@ -41,7 +42,9 @@ struct LiveFigures {
 
 struct RunOptions {
   int frames = 450;                  ///< >= 1; 30 s at 15 frames per second, as in the paper
-  std::string behaviour = "wander";  ///< wander, waypoints, explore, still, manual
+  std::string behaviour = "wander";  ///< wander, waypoints, explore, still, manual, controller
+  /// Decides how to drive, on the run's thread; for behaviour `controller`. Such a run cannot be repeated without it.
+  behaviours::Controlled::Decide controller{};
   estimation::Method method = estimation::kDefaultMethod;
   std::uint64_t seed = 1;
   std::filesystem::path out;  ///< the run folder to make

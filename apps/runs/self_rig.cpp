@@ -63,7 +63,7 @@ Result<SelfRigRobot> with_self_rig(const config::Robot& robot, const config::Map
   if (auto started = taken.start(settings.lower.settings, settings.upper.settings); !started) return started.error();
   const auto frame = taken.next_frame(kPairTime);
   if (!frame) return frame.error();
-  const auto images = wait_for_images(*frame, stop);
+  const auto images = wait_for_images(*frame, [&stop] { return stop.load(); });
   taken.stop();
   if (!images) return images.error();
   const auto shown = shown_in(robot, map, *images->first, *images->second, estimation::Replace::kAll);

@@ -81,10 +81,10 @@ class StoredRun {
   [[nodiscard]] nlohmann::ordered_json run() const;
   /// Returns the line of the frame in that row, < size().
   [[nodiscard]] nlohmann::ordered_json frame(std::size_t row) const;
-
- private:
   /// Returns the rows that this frame has in the tables.
   [[nodiscard]] runlog::FrameRecord record(std::size_t row) const;
+
+ private:
   void index();
 
   std::optional<runlog::RunData> own_;

@@ -9,12 +9,10 @@
 #include <fmt/format.h>
 
 #include "apps/calibrate/calibrate.h"
-#include "apps/config/calibration_file.h"
 #include "apps/config/map_file.h"
 #include "apps/config/robot_file.h"
 #include "apps/runlog/run_data.h"
-#include "apps/runlog/storage/disk.h"
-#include "apps/runlog/version.h"
+#include "apps/survey/files.h"
 #include "apps/survey/survey.h"
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
@@ -51,19 +49,14 @@ void survey_with(SurveyArguments options) {
   if (!options.settings.calibrates && !options.settings.distances.empty()) {
     throw BadUsage("--distance needs --calibrate FILE: a distance corrects the sizes of the rig, which give the scale");
   }
-  const std::filesystem::path stem = options.out.parent_path() / options.out.stem();
-  const std::filesystem::path json = stem.string() + ".survey.json";
-  const std::filesystem::path figure = stem.string() + ".survey.svg";
-  std::vector<std::filesystem::path> results{options.out, json, figure};
-  const std::filesystem::path calibration = config::calibration_file_of(options.calibrated);
-  if (options.settings.calibrates) results.insert(results.end(), {options.calibrated, calibration});
-  if (!options.force) refuse_overwriting(results);
+  const survey::Files files = survey::files_of(options.out, options.calibrated);
+  if (!options.force) refuse_overwriting(files.all());
 
   std::vector<runlog::RunData> runs;
   for (const auto& folder : options.runs) runs.push_back(runlog::read_run(folder));
   const config::Robot robot = options.robot.empty() ? runs.front().robot : config::read_robot(options.robot);
   options.settings.priors = calibrate::priors_of(robot);
-  config::Map map = config::read_map(robot.map);
+  const config::Map map = config::read_map(robot.map);
   if (options.refines) {
     if (map.landmarks.empty())
       throw BadUsage("--refine: {} has no landmarks, so that there is nothing to refine", robot.map.string());
@@ -73,32 +66,10 @@ void survey_with(SurveyArguments options) {
   options.settings.progress = [&bar](double done) { bar.show(done); };
   const survey::Report report = value_or_fail(survey::survey(runs, robot, options.settings));
   bar.remove();
-
-  std::vector<std::string> header{fmt::format("Surveyed by twocone {}, commit {}, with the rig of {}{}.",
-                                              runlog::version(), runlog::commit(), report.solution.robot,
-                                              report.calibrated ? ", which was calibrated at the same time" : "")};
-  for (const std::string& run : report.solution.runs) header.push_back("  run " + run);
-  runlog::write_whole(json, survey::to_json(report));
-  runlog::write_whole(figure, survey::figure(report));
-  map.scene.reset();  // the one that the file names
-  map.survey = json;
-  map.landmarks.clear();
-  for (const survey::SurveyedLandmark& l : report.landmarks) map.landmarks.push_back(l.landmark);
-  runlog::write_whole(options.out, config::map_text(robot.map, options.out, map, header));
-  if (report.calibrated) {
-    runlog::write_whole(calibration, calibrate::to_json(report.solution));
-    config::Robot changed = robot;
-    changed.rig = report.solution.rig;
-    changed.rig.calibration = calibration;
-    changed.drive.wheel_separation_m = report.solution.drive.wheel_separation_m;
-    changed.drive.wheel_radius_m = report.solution.drive.wheel_radius_m;
-    changed.drive.sigma = report.solution.drive.sigma;
-    changed.map = options.out;
-    runlog::write_whole(options.calibrated, config::robot_text(robot.file, options.calibrated, changed, header));
-  }
-  fmt::print("{}map         {}\nnumbers     {}\nfigure      {}\n", survey::table(report), options.out.string(),
-             json.string(), figure.string());
-  if (report.calibrated) fmt::print("robot file  {}\n", options.calibrated.string());
+  survey::write_files(report, robot, map, files);
+  fmt::print("{}map         {}\nnumbers     {}\nfigure      {}\n", survey::table(report), files.map.string(),
+             files.numbers.string(), files.figure.string());
+  if (report.calibrated) fmt::print("robot file  {}\n", files.robot.string());
 }
 
 }  // namespace

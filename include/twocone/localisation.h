@@ -9,7 +9,7 @@
 
 /// Position and heading from ranges and bearings of known landmarks. Link twocone::localisation; it needs no camera.
 namespace twocone {
-inline namespace v0_1 {
+inline namespace v1_0 {
 
 /// The measurement of one landmark at a known place. Angles are counter-clockwise from the body's x axis.
 struct LandmarkObservation {
@@ -25,5 +25,5 @@ struct LandmarkObservation {
 /// then. Measurements that the others outvote are found and left out. Error growth and limits: docs/accuracy.md.
 [[nodiscard]] PoseAnswer locate(std::span<const LandmarkObservation> observations);
 
-}  // namespace v0_1
+}  // namespace v1_0
 }  // namespace twocone

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,7 +26,7 @@
 /// No call depends on whether the robot is simulated. A simulated world advances by one frame period with each call of
 /// next_frame() and is stopped otherwise. A robot must be used by one thread at a time.
 namespace twocone {
-inline namespace v0_1 {
+inline namespace v1_0 {
 
 class ConnectedRobot;
 struct OpenOptions;
@@ -89,6 +90,9 @@ struct OpenOptions {
   std::uint64_t seed = 1;  ///< seed of all random processes of a simulation
   /// SIGINT and SIGTERM do not end the program: next_frame() and waits for pixels then return kCancelled.
   bool stop_on_signals = false;
+  /// Is asked about every 100 ms while a call waits, on the thread that waits. If it returns true, next_frame() and
+  /// waits for pixels return kCancelled. May be empty.
+  std::function<bool()> is_cancelled{};
 };
 
 /// An opened robot. Its destructor stops the wheels first, then the cameras. If the program ends in any other way, the
@@ -113,6 +117,10 @@ class ConnectedRobot {
 
   /// Returns the robot's true pose at the newest frame, for records and tests; empty on hardware.
   [[nodiscard]] std::optional<Pose> true_pose() const;
+
+  /// Returns what the robot's body touches at the newest frame, by its name: "wall", "landmark red". Empty: nothing,
+  /// and on hardware.
+  [[nodiscard]] std::string contact() const;
 
   /// Stops the wheels, then the cameras.
   void stop() noexcept;
@@ -164,6 +172,18 @@ struct FrameReport {
   Pose odometry;                             ///< from the wheels alone, since the robot file's start
 };
 
+/// The total angles that both wheels have turned, forwards positive.
+struct WheelTurns {
+  double left_rad = 0, right_rad = 0;
+};
+
+/// A pair of images of one moment that another program has taken.
+struct OwnFrame {
+  ImageView lower, upper;            ///< of the sizes that the robot file states
+  double t_s = 0;                    ///< of the lower image, later than that of the frame before
+  std::optional<WheelTurns> wheels;  ///< at t_s; all frames of a localiser have them, or none
+};
+
 /// Computes ranges, fix and track as the robot file's `estimator:` specifies.
 class Localiser {
  public:
@@ -175,6 +195,9 @@ class Localiser {
 
   /// Waits for the frame's images and answers it. Frames must be in order. Failures: those of CapturedFrame::lower().
   Expected<FrameReport> update(const CapturedFrame& frame);
+  /// Answers a frame of one's own. Without wheels, the track is the frame's own fix. Failures: kBadData for images of
+  /// other sizes; kInvalidState for a time that is not later than the frame's before, and for wheels that come or go.
+  Expected<FrameReport> update(const OwnFrame& frame);
 
  private:
   struct Impl;
@@ -185,5 +208,5 @@ class Localiser {
 [[nodiscard]] const char* to_string(RangeVerdict verdict);
 [[nodiscard]] const char* to_string(FailureCode code);
 
-}  // namespace v0_1
+}  // namespace v1_0
 }  // namespace twocone

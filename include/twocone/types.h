@@ -13,7 +13,7 @@
 /// Frames: the world is the map's frame, with x and y in metres on the floor and headings counter-clockwise from x. The
 /// body frame has x forward and y to the left. Its origin is midway between the wheels, on the mirrors' axis.
 namespace twocone {
-inline namespace v0_1 {
+inline namespace v1_0 {
 
 /// Kinds of failure. There is one kind for each different way in which a caller can react.
 enum class FailureCode {
@@ -84,5 +84,5 @@ struct PoseAnswer {
   std::optional<PoseCovariance> covariance;  ///< where the method states one
 };
 
-}  // namespace v0_1
+}  // namespace v1_0
 }  // namespace twocone

@@ -51,7 +51,7 @@ Result<TakenPair> PairTaker::take(Robot& robot, StereoFrame frame) {
   return TakenPair{std::move(frame), arrived, t_s, upper_t_s, angles, odometry};
 }
 
-ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop) {
+ImageResult wait_for_image(const Frame& frame, const IsStopped& is_stopped) {
   const auto deadline = std::chrono::steady_clock::now() + kImageTimeout;
   while (true) {
     const auto begin = std::chrono::steady_clock::now();
@@ -60,15 +60,15 @@ ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop) {
     // A time-out that is reported earlier is the renderer's, not that of this wait.
     const bool is_pending = !image && image.error().code == ErrorCode::kTimeout && now - begin >= kStopSlice / 2;
     if (!is_pending || now >= deadline) return image;
-    if (stop) return Error{ErrorCode::kCancelled, "interrupted while its image was awaited"};
+    if (is_stopped()) return Error{ErrorCode::kCancelled, "interrupted while its image was awaited"};
   }
 }
 
 Result<std::pair<std::shared_ptr<const Image>, std::shared_ptr<const Image>>> wait_for_images(
-    const StereoFrame& frame, const std::atomic<bool>& stop) {
-  const auto lower = wait_for_image(frame.lower, stop);
+    const StereoFrame& frame, const IsStopped& is_stopped) {
+  const auto lower = wait_for_image(frame.lower, is_stopped);
   if (!lower) return lower.error();
-  const auto upper = wait_for_image(frame.upper, stop);
+  const auto upper = wait_for_image(frame.upper, is_stopped);
   if (!upper) return upper.error();
   return std::pair(*lower, *upper);
 }

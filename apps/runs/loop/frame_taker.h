@@ -46,12 +46,15 @@ class PairTaker {
   std::optional<double> zero_s_;  ///< time of the first lower image
 };
 
+/// Asked at least every kStopSlice during a wait, on the thread that waits; true ends the wait.
+using IsStopped = std::function<bool()>;
+
 /// Waits for a frame's pixels, at most 150 s. This is longer than a renderer's own limit for one image, so the
-/// renderer's message is the one that is reported. Errors: those of Frame::image; kCancelled once `stop` is set.
-ImageResult wait_for_image(const Frame& frame, const std::atomic<bool>& stop);
+/// renderer's message is the one that is reported. Errors: those of Frame::image; kCancelled once it is stopped.
+ImageResult wait_for_image(const Frame& frame, const IsStopped& is_stopped);
 /// Waits for the pixels of both views, in the same way.
 Result<std::pair<std::shared_ptr<const Image>, std::shared_ptr<const Image>>> wait_for_images(
-    const StereoFrame& frame, const std::atomic<bool>& stop);
+    const StereoFrame& frame, const IsStopped& is_stopped);
 
 /// Interval at which a wait checks whether it must end.
 constexpr std::chrono::milliseconds kStopSlice{100};

@@ -44,7 +44,8 @@ std::unique_ptr<behaviours::Behaviour> make_explorer(const config::Robot& robot,
 
 std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot, const config::Map& map,
                                                       const std::string& name, std::uint64_t seed,
-                                                      const RemoteControl* remote) {
+                                                      const RemoteControl* remote,
+                                                      const behaviours::Controlled::Decide& controller) {
   const behaviours::Body body{robot.body_radius_m, robot.drive.max_speed_mps, robot.drive.wheel_separation_m};
   if (name == "still") return std::make_unique<behaviours::Still>();
   if (name == "wander") return std::make_unique<behaviours::Wander>(body, config::to_arena(map), seed);
@@ -62,18 +63,23 @@ std::unique_ptr<behaviours::Behaviour> make_behaviour(const config::Robot& robot
     if (remote == nullptr) throw std::invalid_argument("behaviour manual needs a person who drives: a live page");
     return std::make_unique<behaviours::Manual>(body, [remote] { return remote->requested(); });
   }
+  if (name == "controller") {
+    if (!controller) throw std::invalid_argument("behaviour controller needs a function that decides how to drive");
+    return std::make_unique<behaviours::Controlled>(controller);
+  }
   throw base::InvalidArgument("no behaviour '{}'; there are: wander, waypoints, explore, still, manual", name);
 }
 
 }  // namespace
 
 Steering::Steering(const config::Robot& robot, const config::Map& map, const std::string& behaviour, std::uint64_t seed,
-                   const RemoteControl* remote, std::function<void(const std::string&)> notify)
+                   const RemoteControl* remote, const behaviours::Controlled::Decide& controller,
+                   std::function<void(const std::string&)> notify)
     : wheels_(config::to_wheels(robot)),
       command_timeout_s_(robot.drive.command_timeout_s),
       remote_(remote),
       notify_(std::move(notify)),
-      behaviour_(make_behaviour(robot, map, behaviour, seed, remote)) {}
+      behaviour_(make_behaviour(robot, map, behaviour, seed, remote, controller)) {}
 
 void Steering::add_scan(std::uint64_t frame, const std::optional<Pose2>& estimate,
                         const std::vector<vision::Beam>& scan) {

@@ -21,12 +21,13 @@ namespace twocone::runs {
 /// rule to the age of the images.
 class Steering {
  public:
-  /// @param behaviour wander, waypoints, explore, still or manual. @throws std::invalid_argument for any other name,
-  /// and for manual without `remote`; config::FileError for waypoints if the robot file has no list of them, and for
-  /// explore if the mirrors do not both see the floor
+  /// @param behaviour wander, waypoints, explore, still, manual or controller. @throws std::invalid_argument for any
+  /// other name, for manual without `remote`, and for controller without `controller`; config::FileError for waypoints
+  /// if the robot file has no list of them, and for explore if the mirrors do not both see the floor
   /// @param remote holds the wheels; may be null
   Steering(const config::Robot& robot, const config::Map& map, const std::string& behaviour, std::uint64_t seed,
-           const RemoteControl* remote, std::function<void(const std::string&)> notify);
+           const RemoteControl* remote, const behaviours::Controlled::Decide& controller,
+           std::function<void(const std::string&)> notify);
 
   void add_odometry(std::uint64_t frame, const localisation::Pose& pose) { belief_.add_odometry(frame, pose); }
   /// Adds the position of a fix that can be used as a place.
