@@ -69,6 +69,32 @@ function(twocone_library name)
   twocone_precompile(${target} product)
 endfunction()
 
+# The folder of modules has no multiarch part, because a module is found relative to the program, wherever that is installed.
+set(TWOCONE_MODULES lib/twocone)
+
+# twocone_module(NAME FOR library SOURCES a.cpp ... DEPENDS ... [COMPONENT component])
+# A shared library that only the named library loads (base/module.h), as TWOCONE_<NAME>_MODULE, so that a program starts
+# without what few robots need. Building a program that may load the module also builds the module.
+function(twocone_module name)
+  cmake_parse_arguments(ARG "" "FOR;COMPONENT" "SOURCES;DEPENDS" ${ARGN})
+  if(NOT ARG_COMPONENT)
+    set(ARG_COMPONENT program)
+  endif()
+  set(target twocone_${name})
+  string(TOUPPER ${name} upper)
+  # As the SOVERSION of the public interface: two installed versions must not load each other's module.
+  set(file twocone_${name}_${PROJECT_VERSION_MAJOR}_${PROJECT_VERSION_MINOR})
+  add_library(${target} MODULE ${ARG_SOURCES})
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${target} PRIVATE ${ARG_DEPENDS})
+  twocone_set_up(${target})
+  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME ${file} SUFFIX .so
+                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${TWOCONE_MODULES})
+  target_compile_definitions(twocone_${ARG_FOR} PRIVATE TWOCONE_${upper}_MODULE="${file}.so")
+  add_dependencies(twocone_${ARG_FOR} ${target})
+  install(TARGETS ${target} LIBRARY DESTINATION ${TWOCONE_MODULES} COMPONENT ${ARG_COMPONENT})
+endfunction()
+
 # twocone_test(NAME SOURCES a_test.cpp ... DEPENDS twocone::hal ... [LABEL slow] [TIMEOUT seconds])
 # A test has only one label: gtest_discover_tests of CMake 3.25 drops the time-out after a second label. With a sanitizer
 # TIMEOUT does not count, since a process runs many tests.

@@ -165,6 +165,26 @@ std::string described(const char* view, const fs::path& folder, const fs::path& 
                      absolute_text(folder), times_file.empty() ? "their names" : absolute_text(times_file));
 }
 
+/// The folder of an unpacked recording, which is removed at the end.
+class UnpackedFolder {
+ public:
+  explicit UnpackedFolder(fs::path folder) : folder_(std::move(folder)) {
+    runlog::remove_whole(folder_);  // of a program that was killed
+    runlog::make_folder(folder_);
+  }
+  ~UnpackedFolder() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  UnpackedFolder(const UnpackedFolder&) = delete;
+  UnpackedFolder& operator=(const UnpackedFolder&) = delete;
+  /// Absolute.
+  [[nodiscard]] const fs::path& path() const { return folder_; }
+
+ private:
+  fs::path folder_;
+};
+
 /// Returns the words of `twocone import` without --out.
 std::vector<std::string> options_of(const Recording& recording) {
   std::vector<std::string> words;
@@ -172,6 +192,12 @@ std::vector<std::string> options_of(const Recording& recording) {
     if (!file.empty()) words.insert(words.end(), {option, absolute_text(file)});
   };
   add("--robot", recording.robot_file);
+  add("--recording", recording.file);
+  for (const auto& [option, topic] : {std::pair{"--lower-topic", recording.topics.lower},
+                                      {"--upper-topic", recording.topics.upper},
+                                      {"--odometry-topic", recording.topics.odometry}}) {
+    if (!topic.empty()) words.insert(words.end(), {option, topic});
+  }
   add("--lower", recording.lower);
   add("--upper", recording.upper);
   add("--lower-times", recording.lower_times);
@@ -188,9 +214,26 @@ std::vector<std::string> options_of(const Recording& recording) {
   return words;
 }
 
-}  // namespace
+void refuse_if_used(const fs::path& out) {
+  std::error_code error;
+  if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out, error))) {
+    const bool is_run = fs::exists(out / "run.yaml");
+    throw runlog::DiskError("{} {}: choose another --out, or remove it first", out.string(),
+                            is_run ? "holds a run already" : "is not an empty folder");
+  }
+}
 
-Imported import_run(const Recording& recording, const fs::path& out, const std::function<void(double)>& progress) {
+/// Where the files of a recording come from.
+struct Origin {
+  std::vector<std::string> options;  ///< for run.yaml
+  std::vector<std::string> events{};
+  fs::path lenses{};  ///< folder that may have VIEW_camera_info.yaml; empty: none
+  /// Puts the names that the user knows into a text.
+  std::function<std::string(std::string)> named = [](std::string text) { return text; };
+};
+
+Imported import_files(const Recording& recording, const Origin& origin, const fs::path& out,
+                      const std::function<void(double)>& progress) {
   const config::Robot robot = config::read_robot(recording.robot_file);
   const config::Map map = config::read_map(robot.map);
   config::check_landmarks(robot, map);
@@ -200,8 +243,9 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   const Stamp limit = skew_limit(recording, lower, upper, robot);
   std::vector<Pair> pairs = find_pairs(recording, lower, upper, limit);
 
-  std::vector<std::string> events{described("lower", recording.lower, recording.lower_times, lower, pairs.size()),
-                                  described("upper", recording.upper, recording.upper_times, upper, pairs.size())};
+  std::vector<std::string> events = origin.events;
+  events.push_back(described("lower", recording.lower, recording.lower_times, lower, pairs.size()));
+  events.push_back(described("upper", recording.upper, recording.upper_times, upper, pairs.size()));
   for (const Camera* camera : {&lower, &upper}) {
     events.insert(events.end(), camera->list.events.begin(), camera->list.events.end());
   }
@@ -229,15 +273,13 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   events.push_back(fmt::format("t = 0 is {}.{:09} s of the recording's clock", zero.count() / 1'000'000'000,
                                zero.count() % 1'000'000'000));
 
-  std::error_code error;
-  if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out, error))) {
-    const bool is_run = fs::exists(out / "run.yaml");
-    throw runlog::DiskError("{} {}: choose another --out, or remove it first", out.string(),
-                            is_run ? "holds a run already" : "is not an empty folder");
-  }
   runlog::NewFolder folder(out);
   store_images(pairs, lower, upper, out, progress);
   const auto frames = frame_rows(pairs, lower, upper);
+  for (const char* view : {"lower", "upper"}) {
+    const std::string lens = fmt::format("{}_camera_info.yaml", view);
+    if (fs::exists(origin.lenses / lens)) runlog::link_or_copy(origin.lenses / lens, out / lens);
+  }
   const WheelTables tables = wheel_tables(wheels, pairs, lower, frames, robot);
   runlog::write_whole(out / "drive.csv", tables.drive);
   runlog::write_whole(out / "odometry.tum", tables.odometry);
@@ -257,10 +299,11 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   info.behaviour = runlog::kImported;
   info.method =
       robot.estimator.method.empty() ? std::string(to_string(estimation::kDefaultMethod)) : robot.estimator.method;
-  info.import_options = options_of(recording);
+  info.import_options = origin.options;
   info.frames_wanted = int(frames.size());
   info.capture.emplace().unpaired = unpaired;
   info.finished = true;
+  for (std::string& event : events) event = origin.named(std::move(event));
   info.events = events;
   runlog::write_run_yaml(out, info, robot, map.file);
   std::string rows = runlog::TableReader<runlog::FrameRow>::header() + '\n';
@@ -268,6 +311,48 @@ Imported import_run(const Recording& recording, const fs::path& out, const std::
   runlog::write_whole(out / "frames.csv", rows);
   folder.keep();
   return {frames.size(), std::move(events)};
+}
+
+/// Returns a text with the recording's topics instead of the files into which they were unpacked.
+std::string by_topics(std::string text, const fs::path& recording, const Unpacked& unpacked) {
+  const auto replace = [&text](const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+      text.replace(at, from.size(), to);
+    }
+  };
+  for (const auto& [file, topic] : {std::pair{unpacked.lower, unpacked.topics.lower},
+                                    {unpacked.upper, unpacked.topics.upper},
+                                    {unpacked.odometry, unpacked.topics.odometry}}) {
+    if (file.empty()) continue;
+    const std::string name = fmt::format("{} of {}", topic, recording.string());
+    replace(file.string() + '/', name + ": ");
+    replace(file.string(), name);
+  }
+  return text;
+}
+
+Imported import_unpacked(const Recording& given, const fs::path& out, const std::function<void(double)>& progress) {
+  const UnpackedFolder folder(fs::absolute(out).lexically_normal().string() + ".unpacked");
+  Unpacked unpacked = unpack(given.file, given.topics, folder.path());
+  Recording recording = given;
+  recording.lower = unpacked.lower;
+  recording.upper = unpacked.upper;
+  recording.odometry = unpacked.odometry;
+  const Origin origin{options_of(given), unpacked.events, folder.path(),
+                      [&](std::string text) { return by_topics(std::move(text), given.file, unpacked); }};
+  try {
+    return import_files(recording, origin, out, progress);
+  } catch (const config::FileError& error) {
+    throw config::FileError("{}", origin.named(error.what()));
+  }
+}
+
+}  // namespace
+
+Imported import_run(const Recording& recording, const fs::path& out, const std::function<void(double)>& progress) {
+  refuse_if_used(out);
+  if (!recording.file.empty()) return import_unpacked(recording, out, progress);
+  return import_files(recording, {.options = options_of(recording)}, out, progress);
 }
 
 }  // namespace twocone::importer

@@ -9,12 +9,15 @@
 #include <vector>
 
 #include "apps/import/stamps.h"
+#include "apps/import/topics.h"
 
 namespace twocone::importer {
 
 /// A recording of another program. All times are of one clock.
 struct Recording {
   std::filesystem::path robot_file;    ///< of the recorded robot; its map describes the place
+  std::filesystem::path file{};        ///< with all topics (unpack()); empty: the files below
+  TopicNames topics{};                 ///< of `file`
   std::filesystem::path lower, upper;  ///< folders of images
   std::filesystem::path lower_times{},
       upper_times{};                   ///< files of their times (list_images); empty: the names are the times
@@ -30,6 +33,9 @@ struct Imported {
 };
 
 /// Makes a run folder (docs/file-formats.md) from a recording of another program, for all programs that read runs.
+///
+/// A recording of one file is unpacked into a folder beside `out`, which is removed again. The lenses of its cameras,
+/// if it has them, are kept as lower_camera_info.yaml and upper_camera_info.yaml in the run folder.
 ///
 /// pair_images() finds the pairs. A frame's time is that of the lower image, relative to the first frame. Frames that a
 /// given trajectory or odometry does not cover are left out. Wheel angles are interpolated at the frame's time, and

@@ -140,6 +140,7 @@ void add_compare(CLI::App& program);
 void add_new(CLI::App& program);
 void add_design(CLI::App& program);
 void add_scan(CLI::App& program);
+void add_export(CLI::App& program);
 void add_print_bands(CLI::App& program);
 void add_as_built(CLI::App& program);
 

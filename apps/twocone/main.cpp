@@ -34,11 +34,11 @@ int run_program(int argc, char** argv) {
   program.require_subcommand(1);
   program.formatter(std::make_shared<cli::HelpFormatter>());  // subcommands inherit it
   for (const auto add :
-       {cli::add_run,     cli::add_localise,  cli::add_report,   cli::add_view,    cli::add_serve,
-        cli::add_effects, cli::add_new,       cli::add_as_built, cli::add_design,  cli::add_print_bands,
-        cli::add_look,    cli::add_calibrate, cli::add_survey,   cli::add_scan,    cli::add_import,
-        cli::add_devices, cli::add_doctor,    cli::add_tradeoff, cli::add_compare, cli::add_log_level,
-        cli::add_help}) {
+       {cli::add_run,       cli::add_localise,  cli::add_report,   cli::add_view,     cli::add_serve,
+        cli::add_effects,   cli::add_new,       cli::add_as_built, cli::add_design,   cli::add_print_bands,
+        cli::add_look,      cli::add_calibrate, cli::add_survey,   cli::add_scan,     cli::add_export,
+        cli::add_import,    cli::add_devices,   cli::add_doctor,   cli::add_tradeoff, cli::add_compare,
+        cli::add_log_level, cli::add_help}) {
     add(program);
   }
   try {

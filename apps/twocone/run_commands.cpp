@@ -16,6 +16,7 @@
 
 #include "apps/config/to_layers.h"
 #include "apps/import/import_run.h"
+#include "apps/recording/recording.h"
 #include "apps/report/report.h"
 #include "apps/runlog/run_data.h"
 #include "apps/runlog/run_folder.h"
@@ -38,6 +39,7 @@ struct RunArguments {
   std::string landmarks;         ///< none, or empty: those of the map
   std::optional<double> budget_ms;
   bool self_rig = false;
+  std::filesystem::path mcap;  ///< empty: none
   bool live = false;
   viewer::PageAddress page;
   bool has_frames = false;  ///< --frames is given
@@ -95,6 +97,14 @@ void run_with(RunArguments options) {
     options.run.out = options.resume;
   }
 
+  if (!options.mcap.empty()) {
+    // A fault of --mcap is reported before the run, not after it.
+    if (!options.run.replace) refuse_overwriting({options.mcap});
+    const auto folder = options.mcap.parent_path();
+    if (!folder.empty() && !std::filesystem::is_directory(folder)) {
+      throw CommandFailed("--mcap: {} is no folder", folder.string());
+    }
+  }
   if (options.run.behaviour == "manual" && !options.live) {
     throw BadUsage("--behaviour manual needs --live: a person drives in the page");
   }
@@ -138,6 +148,12 @@ void run_with(RunArguments options) {
   fmt::print("{}", report::table_of(data, notes));
   for (const std::string& note : notes) say(fmt::format("note: {}", note));
   fmt::print("\nrun folder  {}\n", options.run.out.string());
+  if (!options.mcap.empty()) {
+    ProgressBar bar("export");
+    recording::export_run(options.run.out, options.mcap, [&bar](double done) { bar.show(done); });
+    bar.remove();
+    fmt::print("recording   {}\n", options.mcap.string());
+  }
 }
 
 // ---- localise
@@ -254,6 +270,7 @@ void add_run(CLI::App& program) {
            "Show the run in a browser while the robot drives, and print the page's address. PORT: any that is free.\n"
            "A simulation is paced by the wall clock");
   command->add_flag("--telemetry", options->run.telemetry, "Also write telemetry.jsonl into the run folder");
+  command->add_option("--mcap", options->mcap, "Also write the run as this MCAP file at its end, as export does");
   command
       ->add_option("--method", options->method,
                    fmt::format("How to range and localise (default: from the robot file, else {})",
@@ -325,8 +342,16 @@ void add_import(CLI::App& program) {
   for (const importer::NamedUnit& named : importer::kNamedUnits) units.emplace(named.name, named.unit);
   CLI::App* command = program.add_subcommand("import", "Make a run folder from a recording of another program");
   command->add_option("--robot", recording.robot_file, "Robot file of the recorded robot")->required();
-  command->add_option("--lower", recording.lower, "Folder of the lower camera's images, PNG or JPEG")->required();
-  command->add_option("--upper", recording.upper, "Folder of the upper camera's images")->required();
+  auto* file = command->add_option("--recording", recording.file,
+                                   "MCAP file, or bag of ROS 1, with both cameras' images and the odometry");
+  auto* lower = command->add_option("--lower", recording.lower, "Folder of the lower camera's images, PNG or JPEG");
+  auto* upper = command->add_option("--upper", recording.upper, "Folder of the upper camera's images");
+  for (const auto& [option, topic, what] :
+       {std::tuple{"--lower-topic", &recording.topics.lower, "Topic of the lower camera's images in --recording"},
+        {"--upper-topic", &recording.topics.upper, "Topic of the upper camera's images"},
+        {"--odometry-topic", &recording.topics.odometry, "Topic of the robot's poses by its wheels"}}) {
+    command->add_option(option, *topic, what)->needs(file);
+  }
   command->add_option("--out", options->out, "Run folder to make")->required();
   command->add_option("--lower-times", recording.lower_times,
                       "Lines TIME NAME or TIME,NAME of the lower images; default: their names are the times");
@@ -339,11 +364,19 @@ void add_import(CLI::App& program) {
       ->check(CLI::IsMember(units));
   command->add_option("--trajectory", recording.trajectory,
                       "TUM file of the robot's true poses from another system, on the images' clock");
-  command->add_option("--odometry", recording.odometry,
-                      "CSV file of columns t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad, on the images' clock");
+  auto* odometry = command->add_option(
+      "--odometry", recording.odometry,
+      "CSV file of columns t_s,left_rad,right_rad or t_s,x_m,y_m,heading_rad, on the images' clock");
+  for (auto* const other : {lower, upper, odometry}) file->excludes(other);
   command->add_option("--max-skew-ms", options->max_skew_ms,
                       "Greatest time between the two images of a pair; default: half of their median period");
-  command->callback([options] { import_with(*options); });
+  command->callback([options] {
+    const importer::Recording& r = options->recording;
+    if (r.file.empty() && (r.lower.empty() || r.upper.empty())) {
+      throw BadUsage("import: --lower and --upper are required, or --recording");
+    }
+    import_with(*options);
+  });
 }
 
 }  // namespace twocone::cli

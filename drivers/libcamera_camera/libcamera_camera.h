@@ -13,7 +13,7 @@
 /// The driver is in a separate module, which is loaded when one of these functions needs it. The reason is that
 /// libcamera brings a tracing library. That library starts threads in each program that links it, and ends the program
 /// if /dev/shm is full. The module's file has the version of the public interface in its name, as the library has:
-/// twocone_libcamera_0_1.so. It is searched for in $TWOCONE_MODULES, then in lib/twocone of the program's folder and of
+/// twocone_libcamera_1_0.so. It is searched for in $TWOCONE_MODULES, then in lib/twocone of the program's folder and of
 /// the two folders above it (/usr/bin/twocone: /usr/lib/twocone), then in the installation's folder.
 namespace twocone::libcamera_camera {
 

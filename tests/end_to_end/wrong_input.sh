@@ -89,8 +89,8 @@ expect 'no POV-Ray' 1 'POV-Ray is not installed.*apt install povray' env PATH="$
 expect 'no subcommand' 2 'subcommand' "$twocone"
 expect 'calibrate of no run' 1 'no run here' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml"
 expect 'calibrate onto a file' 1 'file exists: --force' "$twocone" calibrate "$lab" --out "$work/file"
-expect 'calibrate with unknown prior' 2 'NAME=SIGMA' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior weight=1
-expect 'calibrate with prior 0' 2 'must be a number > 0' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior tilt_rad=0
+expect 'calibrate with unknown prior' 2 "no prior 'weight'; there are: apex_rad" "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior weight=1
+expect 'calibrate with prior 0' 2 'tilt_rad is 0, must be > 0' "$twocone" calibrate "$lab" --out "$work/calibrated.yaml" --prior tilt_rad=0
 # The file of numbers is named after the robot file, so that another calibration in the folder does not matter.
 touch "$work/calibration.json" "$work/twice.calibration.json"
 expect 'calibrate beside another' 1 'no run here' "$twocone" calibrate "$lab" --out "$work/once.yaml"
@@ -107,7 +107,7 @@ expect 'import, files that are no images' 1 'cam0: no image that can be read' ba
 echo '15 frame_1.png' >"$work/times.txt"
 expect 'import, times of no unit' 1 "times.txt:1: the time is '15', must be seconds with a decimal point" bash -c 'import --lower-times "$work/times.txt"'
 expect 'import, times of unknown unit' 2 'times-in' bash -c 'import --times-in minutes'
-expect 'import without images' 2 'lower is required' "$twocone" import --robot robots/small.yaml --out "$work/imported"
+expect 'import without images' 2 '--lower and --upper are required, or --recording' "$twocone" import --robot robots/small.yaml --out "$work/imported"
 [ -e "$work/imported" ] && fail 'import: a folder was left behind'
 expect 'look at no robot file' 1 'nowhere.yaml' "$twocone" look --robot robots/nowhere.yaml
 expect 'look without robot' 2 'robot' "$twocone" look

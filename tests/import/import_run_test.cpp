@@ -71,7 +71,13 @@ class ImportRun : public testing::Test {
 
   const testing_support::TemporaryFolder folder_;
   const fs::path out_ = folder_.path() / "run";
-  Recording recording_{kSmall, folder_.path() / "cam0", folder_.path() / "cam1"};
+  Recording recording_ = [this] {
+    Recording recording;
+    recording.robot_file = kSmall;
+    recording.lower = folder_.path() / "cam0";
+    recording.upper = folder_.path() / "cam1";
+    return recording;
+  }();
 };
 
 TEST_F(ImportRun, GivesTheRunThatWasRecorded) {

@@ -8,8 +8,8 @@ cmake_minimum_required(VERSION 3.25)
 # An area is a folder or, for drivers/backends, the files of that name. It may include the listed folders and headers.
 # The first area that fits is used. DRIVER is the driver's own folder.
 set(areas base hal vision localisation drivers/backends drivers/DRIVER
-          apps/behaviours apps/config apps/estimation apps/runlog apps/telemetry apps/web apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate apps/survey
-          apps/look apps/compare apps/doctor apps/import apps/new_scene apps/as_built apps/design apps/scan apps/print_bands apps/tradeoff apps/interface apps/viewer apps/twocone include bench examples)
+          apps/behaviours apps/config apps/estimation apps/runlog apps/telemetry apps/web apps/mcap apps/recording apps/runs apps/error_budget apps/report/kit apps/report apps/calibrate apps/survey
+          apps/look apps/compare apps/doctor apps/import apps/new_scene apps/as_built apps/design apps/scan apps/print_bands apps/tradeoff apps/interface apps/viewer apps/twocone include python bench examples)
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/pixel_truth.h drivers/sim_povray/place.h
                 drivers/sim_povray/scene_geometry.h drivers/sim_povray/scene_views.h drivers/sim_povray/session_settings.h
@@ -32,6 +32,9 @@ set(may_apps/runlog apps/runlog apps/estimation apps/config base hal vision loca
 set(may_apps/telemetry apps/telemetry ${common})
 # The server and the page know no robot and no run.
 set(may_apps/web apps/web base hal/result.h)
+# The container knows no run.
+set(may_apps/mcap apps/mcap base)
+set(may_apps/recording apps/recording apps/mcap apps/telemetry ${common})
 set(may_apps/runs apps/runs apps/design/sight.h apps/telemetry ${common})
 set(may_apps/viewer apps/viewer apps/runs apps/telemetry apps/web ${common})
 # What the tables and drawings of all tools are made of. It knows poses and maps, and no result of any tool.
@@ -43,7 +46,7 @@ set(may_apps/survey apps/survey apps/calibrate apps/report/kit ${common})
 set(may_apps/compare apps/compare apps/import/motion.h apps/report/kit apps/calibrate apps/runs apps/telemetry apps/web/document.h ${common})
 set(may_apps/look apps/look apps/report/kit apps/runs ${common})
 set(may_apps/doctor apps/doctor apps/design/sight.h ${common})
-set(may_apps/import apps/import apps/runlog apps/estimation/method.h apps/config base hal/image.h localisation)
+set(may_apps/import apps/import apps/mcap apps/recording/foxglove.pb.h apps/runlog apps/estimation/method.h apps/config base hal/image.h localisation)
 set(may_apps/new_scene apps/new_scene ${common})
 set(may_apps/as_built apps/as_built ${common})
 set(may_apps/design apps/design apps/as_built/as_built.h apps/telemetry/telemetry.h apps/web/document.h ${common})
@@ -55,6 +58,7 @@ set(may_bench bench apps drivers base hal vision localisation tests/support)
 # The public interface stands alone; other programs see nothing else.
 set(may_include twocone)
 set(may_apps/interface apps/interface apps/runs include twocone ${common})
+set(may_python python apps include twocone ${common})
 set(may_examples examples twocone)
 
 # Headers of other projects that are forbidden in an area, as regular expressions for the text between the brackets.
@@ -79,7 +83,7 @@ set(home_hal hal)
 set(home_vision vision)
 set(home_localisation localisation)
 set(home_backends drivers/backends.h)
-foreach(app behaviours config estimation runlog runs error_budget report calibrate survey look compare doctor new_scene as_built design scan print_bands tradeoff telemetry web viewer)
+foreach(app behaviours config estimation runlog runs error_budget report calibrate survey look compare doctor new_scene as_built design scan print_bands tradeoff telemetry web mcap recording viewer)
   set(home_${app} apps/${app})
 endforeach()
 
@@ -140,7 +144,7 @@ function(is_allowed path is_target)
 endfunction()
 
 set(patterns "")
-foreach(folder include base hal vision localisation drivers apps bench examples)
+foreach(folder include base hal vision localisation drivers apps python bench examples)
   list(APPEND patterns "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/CMakeLists.txt")
 endforeach()
 file(GLOB_RECURSE files RELATIVE "${ROOT}" ${patterns})

@@ -11,7 +11,7 @@ refused='[Pp]icture|[Pp]illar|[Mm]ould|[Dd]arkroom|\b[Vv]enue|\b[Rr]esident\b|\b
 allowed="full-scale|--legs|legs:|Room_Pillar|panel legs|resident (size|memory)|Hall's|\\{\"Hall\""
 
 files() {
-  git ls-files -- '*.h' '*.cpp' '*.md' '*.sh' '*.txt' '*.cmake' '*.yaml' '*.in' |
+  git ls-files -- '*.h' '*.cpp' '*.py' '*.md' '*.sh' '*.txt' '*.cmake' '*.yaml' '*.in' |
     grep -v '^docs/evidence/\|^tests/formats/\|^tests/evidence/behaviour\|^tests/layers/words.sh\|^tests/layers/bad/\|^apps/config/yaml/names\|^docs/file-formats.md\|^CHANGELOG.md'
 }
 found=$(files | xargs grep -nE -- "$refused" | grep -vE -- "$allowed" || true)

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/module.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+#include <vector>
+
+#include "base/errors.h"
+
+namespace twocone::base {
+namespace {
+
+namespace fs = std::filesystem;
+
+// In a build tree, programs are two folders below the top.
+constexpr int kAbove = 3;
+
+std::vector<fs::path> places() {
+  std::vector<fs::path> folders;
+  if (const char* folder = std::getenv("TWOCONE_MODULES")) folders.emplace_back(folder);
+  std::error_code none;
+  const fs::path program = fs::read_symlink("/proc/self/exe", none);
+  fs::path folder = program.parent_path();
+  for (int above = 0; above < kAbove && !folder.empty(); ++above, folder = folder.parent_path()) {
+    folders.push_back(folder / "lib" / "twocone");
+  }
+  folders.emplace_back(TWOCONE_MODULES_INSTALLED);
+  return folders;
+}
+
+}  // namespace
+
+void* load_module(const char* file, const char* entry) {
+  for (const fs::path& folder : places()) {
+    const fs::path path = folder / file;
+    std::error_code none;
+    if (!fs::exists(path, none)) continue;
+    void* const module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (module == nullptr) throw FormattedError("{}", ::dlerror());
+    void* const function = ::dlsym(module, entry);
+    if (function == nullptr) throw FormattedError("{} is not a module of this program", path.string());
+    return function;
+  }
+  throw FormattedError("{} was not found; is twocone fully installed? TWOCONE_MODULES can name its folder", file);
+}
+
+}  // namespace twocone::base
