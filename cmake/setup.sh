@@ -8,7 +8,9 @@ packages=(
   g++ cmake ninja-build git ca-certificates dpkg-dev file
   libopencv-dev libeigen3-dev libyaml-cpp-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libboost-dev libode-dev libceres-dev libhwy-dev
   libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev
-  libserialport-dev libcamera-dev libturbojpeg0-dev libpng-dev pkg-config
+  libserialport-dev libcamera-dev libturbojpeg0-dev libpng-dev libzstd-dev zlib1g-dev pkg-config
+  protobuf-compiler libprotobuf-dev
+  pybind11-dev python3-dev python3-numpy librosbag-storage-dev
   node-d3
   povray povray-includes procps
 )

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# There are two components. `program` holds the files that a robot needs and that are in the Debian package. `development`
-# is for find_package(twocone) in other projects: the public interface (include/twocone), its shared libraries and
-# their files for pkg-config.
+# Components, each a Debian package (twocone_deb.cmake): `program` holds the files that a robot needs; `rosbag` the module
+# for bags of ROS 1; `runtime` the shared libraries of the public interface; `development` its headers, and the files for
+# find_package(twocone) and pkg-config; `python` the Python package.
 foreach(component twocone localisation)
   install(EXPORT twoconeTargets-${component} NAMESPACE twocone:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone
           COMPONENT development)
@@ -29,7 +29,7 @@ foreach(pc_library twocone twocone_localisation)
 endforeach()
 configure_package_config_file(cmake/twoconeConfig.cmake.in ${PROJECT_BINARY_DIR}/twoconeConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone)
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/twoconeConfig.cmake ${PROJECT_BINARY_DIR}/twoconeConfigVersion.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/twocone COMPONENT development)
 
@@ -38,21 +38,33 @@ install(DIRECTORY robots scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/twocone COM
 install(FILES cmake/deb/70-twocone.rules DESTINATION lib/udev/rules.d COMPONENT program)
 install(FILES README.md ARCHITECTURE.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program
-        PATTERN evidence EXCLUDE PATTERN twocone.1 EXCLUDE PATTERN *.sh EXCLUDE PATTERN *.pov EXCLUDE PATTERN *.inc EXCLUDE)
+        PATTERN evidence EXCLUDE PATTERN man EXCLUDE PATTERN *.sh EXCLUDE PATTERN *.pov EXCLUDE PATTERN *.inc EXCLUDE)
+
+install(FILES cmake/completion.bash RENAME twocone DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
 
 # Debian requires these files compressed. This happens at configure time, because an install must not need a build.
+file(STRINGS CHANGELOG.md releases REGEX "^## \\[[0-9]")
+list(GET releases 0 release)
+string(REGEX MATCH "^## \\[${PROJECT_VERSION}\\] - ([0-9]+-[0-9]+-[0-9]+)$" release "${release}")
+if(NOT release)
+  message(FATAL_ERROR "the newest release in CHANGELOG.md is not '## [${PROJECT_VERSION}] - YEAR-MONTH-DAY'")
+endif()
+set(TWOCONE_DATE ${CMAKE_MATCH_1})
+execute_process(COMMAND ${CMAKE_COMMAND} -E env LC_ALL=C date -u -d ${TWOCONE_DATE} -R OUTPUT_VARIABLE TWOCONE_MAIL_DATE
+                OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 set(TWOCONE_MAINTAINER "twocone <twocone@localhost>" CACHE STRING "Maintainer of the Debian package: NAME <ADDRESS>")
 configure_file(cmake/deb/changelog.in ${PROJECT_BINARY_DIR}/changelog @ONLY)
 find_program(GZIP gzip REQUIRED)
-function(twocone_install_compressed source destination)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
-  get_filename_component(name ${source} NAME)
-  execute_process(COMMAND ${GZIP} -9nc ${source} OUTPUT_FILE ${PROJECT_BINARY_DIR}/${name}.gz COMMAND_ERROR_IS_FATAL ANY)
-  install(FILES ${PROJECT_BINARY_DIR}/${name}.gz DESTINATION ${destination} COMPONENT program)
+function(twocone_compress file)
+  execute_process(COMMAND ${GZIP} -9nc ${file} OUTPUT_FILE ${file}.gz COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
-twocone_install_compressed(${PROJECT_SOURCE_DIR}/docs/twocone.1 ${CMAKE_INSTALL_MANDIR}/man1)
-twocone_install_compressed(${PROJECT_BINARY_DIR}/changelog ${CMAKE_INSTALL_DOCDIR})
-install(FILES cmake/deb/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
-install(FILES cmake/deb/lintian-overrides RENAME twocone DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides COMPONENT program)
+twocone_compress(${PROJECT_BINARY_DIR}/changelog)
+file(GLOB pages CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/man/*.1)
+foreach(page ${pages})
+  get_filename_component(name ${page} NAME)
+  configure_file(${page} ${PROJECT_BINARY_DIR}/man/${name} @ONLY)
+  twocone_compress(${PROJECT_BINARY_DIR}/man/${name})
+  install(FILES ${PROJECT_BINARY_DIR}/man/${name}.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+endforeach()
 
 include(twocone_deb)

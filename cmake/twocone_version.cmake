@@ -3,7 +3,10 @@
 # cmake -D SOURCE=... -D IN=... -D OUT=... -D PROJECT_VERSION=... (and the compiler's variables) -P twocone_version.cmake
 set(TWOCONE_COMMIT unknown)
 find_program(GIT git)
-if(GIT)
+file(READ ${SOURCE}/cmake/commit archived) # of a source that `git archive` made
+if(archived MATCHES "^[0-9a-f]+")
+  string(SUBSTRING ${archived} 0 10 TWOCONE_COMMIT)
+elseif(GIT)
   execute_process(COMMAND ${GIT} rev-parse --short=10 HEAD WORKING_DIRECTORY ${SOURCE}
                   OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
   if(NOT failed)

@@ -19,7 +19,7 @@ import sys
 
 NUMBERS = 64
 RADIUS_M, TOP_M, LINE_M = 0.055, 1.00, 0.898
-# Of the lab's six pillars
+# Of the lab's six landmarks
 PLACES = {
     "red": (-2.45, -0.35, (0.80, 0.03, 0.03)), "green": (-1.40, 1.95, (0.03, 0.80, 0.03)),
     "blue": (1.50, 1.95, (0.03, 0.03, 0.80)), "cyan": (2.45, 0.30, (0.03, 0.80, 0.80)),

@@ -35,7 +35,7 @@ if(NOT headers STREQUAL "twocone/localisation.h;twocone/twocone.h;twocone/types.
 endif()
 file(WRITE ${WORK}/alone/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
 project(alone LANGUAGES CXX)
-find_package(twocone 0.1 REQUIRED COMPONENTS localisation)
+find_package(twocone 1.0 REQUIRED COMPONENTS localisation)
 if(TARGET twocone::twocone)
   message(FATAL_ERROR \"component localisation brings the robot\")
 endif()
@@ -79,9 +79,11 @@ file(WRITE ${WORK}/alone/robot.cpp "#include <cstdio>
 #include <twocone/twocone.h>
 int main(int, char** words) { twocone::RobotDescription robot(words[1]); std::puts(\"read\"); }
 ")
-foreach(program_of "alone;twocone_localisation;1.00 1.00\n" "robot;twocone;read\n")
+# All of the interface of version 1.0 compiles (docs/compatibility.md).
+file(COPY ${SOURCE}/tests/package/interface_1_0.cpp DESTINATION ${WORK}/alone)
+foreach(program_of "alone;twocone_localisation;1.00 1.00\n" "robot;twocone;read\n" "interface_1_0;twocone;interface 1.0\n")
   list(POP_FRONT program_of program library expected)
-  run(${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc_folder} ${PKG_CONFIG} --cflags --libs "${library} >= 0.1")
+  run(${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc_folder} ${PKG_CONFIG} --cflags --libs "${library} >= 1.0" twocone_localisation)
   separate_arguments(flags UNIX_COMMAND "${output}")
   run(${compile} ${WORK}/alone/${program}.cpp -o ${WORK}/${program}-by-pkg-config ${flags})
   run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${libraries} ${WORK}/${program}-by-pkg-config
@@ -113,7 +115,7 @@ if(NOT built STREQUAL installed)
 endif()
 # The Debian package contains the component `program`: everything that a robot needs, and no library for developers.
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/program --component program)
-foreach(file bin/twocone share/twocone/robots/lab_sim.yaml share/twocone/scenes/lab.map.yaml share/man/man1/twocone.1.gz
+foreach(file bin/twocone share/twocone/robots/lab_sim.yaml share/twocone/scenes/lab.map.yaml share/man/man1/twocone.1.gz share/man/man1/twocone-run.1.gz share/bash-completion/completions/twocone
              lib/udev/rules.d/70-twocone.rules)
   if(NOT EXISTS ${WORK}/program/${file})
     message(FATAL_ERROR "component program lacks ${file}")
