@@ -13,6 +13,7 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(all_text "Part of a robot that carries two conical mirrors, one above the other: ranges
@@ -39,10 +40,8 @@ ${all_text}${ARG_DESCRIPTION}" PARENT_SCOPE)
   set(documents share/doc/${package})
   install(FILES ${PROJECT_SOURCE_DIR}/cmake/deb/copyright ${PROJECT_BINARY_DIR}/changelog.gz DESTINATION ${documents}
           COMPONENT ${component})
-  set(overrides ${PROJECT_SOURCE_DIR}/cmake/deb/${package}.lintian-overrides)
-  if(EXISTS ${overrides})
-    install(FILES ${overrides} RENAME ${package} DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides COMPONENT ${component})
-  endif()
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/deb/lintian-overrides.in ${PROJECT_BINARY_DIR}/lintian/${package} @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/lintian/${package} DESTINATION share/lintian/overrides COMPONENT ${component})
 endfunction()
 set(same "(= ${PROJECT_VERSION})")
 set(scripts ${PROJECT_SOURCE_DIR}/cmake/deb)
@@ -50,9 +49,9 @@ set(scripts ${PROJECT_SOURCE_DIR}/cmake/deb)
 # The simulation runs POV-Ray as a program; a real robot does not need it.
 twocone_deb(program twocone SECTION science
   SUMMARY "robot that sees all around with two cone mirrors, simulated or real"
-  DESCRIPTION "This package has the program. It drives a real robot (V4L2 or libcamera cameras,
-motor controllers of ros_arduino_bridge, RoboClaw or Create 2) and one that is
-simulated by POV-Ray."
+  DESCRIPTION "This package has the program. It drives a real robot (V4L2 or libcamera
+cameras, motor controllers of ros_arduino_bridge, RoboClaw or Create 2) and one
+that is simulated by POV-Ray."
   RECOMMENDS "povray, povray-includes" SUGGESTS "python3-twocone, twocone-rosbag"
   SCRIPTS ${scripts}/twocone/postinst)
 if(TWOCONE_HAVE_ROSBAG)
@@ -64,8 +63,8 @@ endif()
 set(interface_version ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 twocone_deb(runtime libtwocone${interface_version} SECTION libs
   SUMMARY "robot that sees all around with two cone mirrors, shared libraries"
-  DESCRIPTION "This package has the shared libraries of the C++ interface.")
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_GENERATE_SHLIBS ON)
+  DESCRIPTION "This package has the shared libraries of the C++ interface."
+  SCRIPTS ${scripts}/libtwocone/triggers)
 twocone_deb(development libtwocone-dev SECTION libdevel
   SUMMARY "robot that sees all around with two cone mirrors, C++ interface"
   DESCRIPTION "This package has headers, and files for CMake and pkg-config."
@@ -74,8 +73,8 @@ if(TWOCONE_HAVE_PYTHON)
   math(EXPR next_python "${Python_VERSION_MINOR} + 1")
   twocone_deb(python python3-twocone SECTION python
     SUMMARY "robot that sees all around with two cone mirrors, Python package"
-    DESCRIPTION "This package has the Python package twocone: robots, frames as NumPy arrays, the
-localiser, and the program's tools as functions."
+    DESCRIPTION "This package has the Python package twocone: robots, frames as NumPy arrays,
+the localiser, and the program's tools as functions."
     DEPENDS "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy, twocone ${same}"
     RECOMMENDS "povray, povray-includes"
     SCRIPTS ${scripts}/python3-twocone/postinst ${scripts}/python3-twocone/prerm)

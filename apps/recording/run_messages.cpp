@@ -55,6 +55,17 @@ mcap::Schema schema_of() {
   return {Message::descriptor()->full_name(), "protobuf", files.SerializeAsString()};
 }
 
+/// The schema of a type, once.
+template <typename Message>
+const mcap::Schema& schema_for() {
+  static const mcap::Schema schema = schema_of<Message>();
+  return schema;
+}
+const mcap::Schema& schema_of_telemetry() {
+  static const mcap::Schema schema{telemetry::kSchema, "jsonschema", R"({"type": "object"})"};
+  return schema;
+}
+
 /// A variance of x and y with their covariance.
 struct PlaneCovariance {
   double xx_m2, xy_m2, yy_m2;
@@ -129,6 +140,22 @@ Eigen::Vector3d colour_of(const config::Landmark& landmark) {
 
 }  // namespace
 
+std::vector<RunTopic> topics_of_runs() {
+  std::vector<RunTopic> topics;
+  const auto add = [&topics]<typename Message>(const Message& /*type*/, std::initializer_list<const char*> names) {
+    for (const char* const name : names) topics.push_back({name, schema_for<Message>(), "protobuf"});
+  };
+  add(foxglove::CompressedImage(), {"/lower/image", "/upper/image"});
+  add(foxglove::CameraCalibration(), {"/lower/camera_info", "/upper/camera_info"});
+  add(foxglove::PoseInFrame(), {"/odometry", "/fix", "/track", "/truth"});
+  add(foxglove::FrameTransform(), {"/tf"});
+  add(foxglove::LaserScan(), {"/scan"});
+  add(foxglove::SceneUpdate(), {"/landmarks"});
+  add(foxglove::Log(), {"/events"});
+  topics.push_back({"/telemetry", schema_of_telemetry(), "json"});
+  return topics;
+}
+
 std::uint64_t to_ns(double t_s) { return std::uint64_t(std::llround(std::max(0.0, t_s) * 1e9)); }
 
 RunMessages::RunMessages(const config::Robot& robot, const config::Map& map, Emit emit)
@@ -136,13 +163,11 @@ RunMessages::RunMessages(const config::Robot& robot, const config::Map& map, Emi
 
 template <typename Message>
 void RunMessages::add(const std::string& topic, double t_s, const Message& message) const {
-  static const mcap::Schema schema = schema_of<Message>();
-  emit_({topic, schema, "protobuf", t_s, message.SerializeAsString()});
+  emit_({topic, schema_for<Message>(), "protobuf", t_s, message.SerializeAsString()});
 }
 
 void RunMessages::add_line(double t_s, const std::string& line) const {
-  static const mcap::Schema schema{telemetry::kSchema, "jsonschema", R"({"type": "object"})"};
-  emit_({"/telemetry", schema, "json", t_s, line});
+  emit_({"/telemetry", schema_of_telemetry(), "json", t_s, line});
 }
 
 void RunMessages::begin(const std::string& first_line) const {

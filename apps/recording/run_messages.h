@@ -27,6 +27,15 @@ struct RunMessage {
   std::string bytes;
 };
 
+/// A topic that a run may have.
+struct RunTopic {
+  std::string name;
+  const mcap::Schema& schema;  ///< as in RunMessage
+  std::string_view encoding;
+};
+/// Returns all of them.
+std::vector<RunTopic> topics_of_runs();
+
 /// Returns a time of a run in nanoseconds.
 std::uint64_t to_ns(double t_s);
 

@@ -134,6 +134,7 @@ void run_with(RunArguments options) {
     if (options.live) {
       live.emplace(robot, config::read_map(robot.map), options.run.maps, options.run.behaviour == "manual");
       bar.say(fmt::format("watch at {}", value_or_fail(live->open(options.page))));
+      bar.say(fmt::format("Foxglove  {}", live->foxglove_address()));
       live->watch(options.run);
     }
     const auto driven = options.resume.empty()

@@ -20,12 +20,14 @@ using Clock = std::chrono::steady_clock;
 LiveRun::LiveRun(const config::Robot& robot, const config::Map& map, bool maps, bool manual)
     : manual_(manual),
       sensors_(telemetry::sensors_of(robot, maps)),
-      lines_(robot, maps ? estimation::without_landmarks(map) : map) {}
+      lines_(robot, maps ? estimation::without_landmarks(map) : map),
+      foxglove_(robot, maps ? estimation::without_landmarks(map) : map) {}
 
 LiveRun::~LiveRun() = default;
 
 Result<std::string> LiveRun::open(const PageAddress& at) {
-  return serve("live", "twocone: a robot that drives", "This page shows a robot while it drives.", at, *this, server_);
+  return serve("live", "twocone: a robot that drives", "This page shows a robot while it drives.", at, *this, server_,
+               FoxgloveStream::programs());
 }
 
 void LiveRun::watch(runs::RunOptions& options) {
@@ -47,21 +49,48 @@ void LiveRun::watch(runs::RunOptions& options) {
 
 void LiveRun::show(const runs::FinishedFrame& frame, const runs::LiveFigures& figures) {
   ++frames_;
-  server_->offer([this, record = frame.record, lower = frame.lower, upper = frame.upper, figures] {
+  struct Shown {
+    runlog::FrameRecord record;
+    std::shared_ptr<const Image> lower, upper;
+    runs::LiveFigures figures;
+    std::vector<std::string> events;
+  };
+  auto shown = std::make_shared<Shown>(Shown{frame.record, frame.lower, frame.upper, figures, {}});
+  {
+    const std::lock_guard lock(mutex_);
+    shown->events.swap(events_);
+  }
+  const auto make = [this, shown] {
     send_status();  // a driver may have fallen silent
     std::vector<web::Message> messages;
-    for (const auto& [side, image] : {std::pair{vision::Side::kLower, lower}, {vision::Side::kUpper, upper}}) {
-      if (auto message = image_message(record.frame.frame, int(side), *image)) messages.push_back(*std::move(message));
+    for (const auto& [side, image] :
+         {std::pair{vision::Side::kLower, shown->lower}, {vision::Side::kUpper, shown->upper}}) {
+      auto message = image_message(shown->record.frame.frame, int(side), *image);
+      if (message) messages.push_back(*std::move(message));
     }
-    Json line = lines_.frame(record);
-    line["age_s"] = figures.age_s;
-    if (figures.late_frames) line["late_frames"] = *figures.late_frames;
+    Json line = lines_.frame(shown->record);
+    line["age_s"] = shown->figures.age_s;
+    if (shown->figures.late_frames) line["late_frames"] = *shown->figures.late_frames;
     messages.push_back({text_of(line)});
     return messages;
-  });
+  };
+  const auto make_for = [this, shown](web::Client client) {
+    if (!foxglove_has_begun_) {
+      const std::lock_guard lock(mutex_);
+      foxglove_.begin(run_line_);
+      foxglove_has_begun_ = true;
+    }
+    const std::string line = text_of(lines_.frame(shown->record));
+    return foxglove_.messages(client, {shown->record, *shown->lower, *shown->upper, line, shown->events});
+  };
+  server_->offer(make, make_for);
 }
 
 void LiveRun::event(const std::string& text) {
+  {
+    const std::lock_guard lock(mutex_);
+    events_.push_back(text);
+  }
   server_->send(text_of({{"type", "event"}, {"frame", frames_.load()}, {"text", text}}));
 }
 
@@ -93,7 +122,10 @@ std::vector<web::Message> LiveRun::opened(web::Client client) {
   return run_line_.empty() ? std::vector<web::Message>() : std::vector<web::Message>{{run_line_}};
 }
 
+std::vector<web::Message> LiveRun::program_opened(web::Client client) { return foxglove_.opened(client); }
+
 void LiveRun::closed(web::Client client) {
+  if (foxglove_.has(client)) return foxglove_.closed(client);
   std::erase(clients_, client);
   if (driver_ == client) release();
   send_status();
@@ -117,6 +149,11 @@ void LiveRun::drive(web::Client client, double speed, double turn) {
 }
 
 void LiveRun::received(web::Client client, std::string_view text) {
+  if (foxglove_.has(client)) {
+    if (std::string answer = foxglove_.received(client, text); !answer.empty())
+      server_->send(client, std::move(answer));
+    return;
+  }
   constexpr std::string_view kWrong = "a request must be drive (with speed and turn from -1 to 1), release, stop or go";
   const auto request = nlohmann::json::parse(text, nullptr, false);
   if (!request.is_object() || !request.contains("type")) return refuse(client, kWrong);

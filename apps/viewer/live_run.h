@@ -15,6 +15,7 @@
 #include "apps/runs/remote_control.h"
 #include "apps/runs/run.h"
 #include "apps/telemetry/telemetry.h"
+#include "apps/viewer/foxglove_stream.h"
 #include "apps/viewer/serving.h"
 #include "apps/web/server.h"
 #include "hal/result.h"
@@ -25,7 +26,8 @@ namespace twocone::viewer {
 /// for a browser: a frame costs it a copy of its rows, and all else is done in the server's thread.
 ///
 /// One browser drives at a time: the first that requests a motion. It drives until it releases the wheels, its
-/// connection ends, or nothing has arrived from it for RemoteControl::kValid. Every browser may stop the wheels.
+/// connection ends, or nothing has arrived from it for RemoteControl::kValid. Every browser may stop the wheels. A
+/// program of foxglove_address() only watches.
 class LiveRun final : private web::Site {
  public:
   /// @param manual whether the run's behaviour is manual; else a request to drive is refused
@@ -34,6 +36,8 @@ class LiveRun final : private web::Site {
 
   /// Begins to serve, and returns the page's address with its token. Errors: those of web::Server::open
   Result<std::string> open(const PageAddress& at);
+  /// Returns the address for programs that speak the Foxglove WebSocket protocol. Requires open().
+  [[nodiscard]] std::string foxglove_address() const { return server_->program_address(); }
 
   /// Sets remote, opened and finished of the options. This object must outlive the run.
   void watch(runs::RunOptions& options);
@@ -44,6 +48,7 @@ class LiveRun final : private web::Site {
 
  private:
   std::vector<web::Message> opened(web::Client client) override;
+  std::vector<web::Message> program_opened(web::Client client) override;
   void received(web::Client client, std::string_view text) override;
   void closed(web::Client client) override;
 
@@ -60,10 +65,13 @@ class LiveRun final : private web::Site {
   const telemetry::Lines lines_;
   runs::RemoteControl remote_;
   std::atomic<int> frames_{0};
-  std::mutex mutex_;      // protects run_line_
-  std::string run_line_;  // empty until the run has begun
+  std::mutex mutex_;                 // protects the next two
+  std::string run_line_;             // empty until the run has begun
+  std::vector<std::string> events_;  // since the last frame
   // Members of the server's thread.
   std::vector<web::Client> clients_;
+  FoxgloveStream foxglove_;
+  bool foxglove_has_begun_ = false;
   std::optional<web::Client> driver_;
   std::chrono::steady_clock::time_point driven_at_{};
   std::string sent_status_;

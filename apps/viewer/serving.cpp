@@ -10,10 +10,12 @@
 namespace twocone::viewer {
 
 Result<std::string> serve(std::string_view page, std::string_view title, std::string_view plain_text,
-                          const PageAddress& at, web::Site& site, std::unique_ptr<web::Server>& server) {
+                          const PageAddress& at, web::Site& site, std::unique_ptr<web::Server>& server,
+                          web::ProgramStream programs) {
   auto opened = web::Server::open({.address = at.address,
                                    .port = at.port,
                                    .page = web::document({{"page", page}}, title, plain_text),
+                                   .programs = std::move(programs),
                                    .timeouts = {}},
                                   site);
   if (!opened) return opened.error();

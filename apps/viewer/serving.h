@@ -26,7 +26,8 @@ struct PageAddress {
 /// @param page,title,plain_text as for web::document
 /// @param server receives the server, which uses `site`
 Result<std::string> serve(std::string_view page, std::string_view title, std::string_view plain_text,
-                          const PageAddress& at, web::Site& site, std::unique_ptr<web::Server>& server);
+                          const PageAddress& at, web::Site& site, std::unique_ptr<web::Server>& server,
+                          web::ProgramStream programs = {});
 
 /// Returns an object as a line of the stream.
 std::string text_of(const nlohmann::ordered_json& json);

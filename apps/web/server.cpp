@@ -101,8 +101,14 @@ struct Server::Impl {
   /// Makes a call of deliver() follow. Requires `mutex`.
   void wake();
   void close_all();
+  [[nodiscard]] std::string own_authority() const;
   /// Returns the newest offer, or nothing if it is the one of that number, which is then brought up to date.
   Batch newest_after(std::uint64_t& number);
+  /// Likewise for a program.
+  Batch newest_for(Client program, std::uint64_t& number);
+  [[nodiscard]] bool is_for_programs(std::string_view path) const {
+    return !settings.programs.path.empty() && path == settings.programs.path;
+  }
 
   const ServerSettings settings;
   Site& site;
@@ -115,13 +121,15 @@ struct Server::Impl {
   std::map<Client, std::shared_ptr<Connection>> connections;
   Client last_client = 0;
   std::function<std::vector<Message>()> make;  ///< of the newest offer, until it is made
+  std::function<std::vector<Message>(Client)> make_for;
   Batch newest;
   std::uint64_t newest_number = 0;
 
-  std::mutex mutex;  // protects the next three
+  std::mutex mutex;  // protects the next four
   bool is_woken = false;
   std::vector<std::string> texts;
   std::function<std::vector<Message>()> offered;
+  std::function<std::vector<Message>(Client)> offered_for;
   std::atomic<std::size_t> watchers{0};
 
   std::thread thread;
@@ -144,6 +152,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
   /// Whether no request had the token yet.
   [[nodiscard]] bool is_stranger() const { return host_.empty(); }
   [[nodiscard]] bool is_watcher() const { return is_watcher_; }
+  [[nodiscard]] bool is_program() const { return is_program_; }
 
   /// Sends messages after all that wait.
   void send(Batch batch) {
@@ -159,7 +168,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
     while (!batch_ || next_ == batch_->size()) {
       next_ = 0;
       if (waiting_.empty()) {
-        batch_ = server_.newest_after(offer_number_);
+        batch_ = is_program_ ? server_.newest_for(id_, offer_number_) : server_.newest_after(offer_number_);
       } else {
         batch_ = std::move(waiting_.front());
         waiting_.pop_front();
@@ -244,7 +253,8 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
     }
     const std::string host = text(http::field::host);
     if (!is_own_host(host, server_.settings.address, server_.port) ||
-        (request.count(http::field::origin) > 0 && text(http::field::origin) != "http://" + host)) {
+        (request.count(http::field::origin) > 0 && text(http::field::origin) != "http://" + host &&
+         !server_.is_for_programs(target->path))) {
       return refuse(http::status::forbidden, "Use the address that the program printed, not that of another site.");
     }
     if (!equal_in_constant_time(target->token, server_.token)) {
@@ -256,6 +266,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
 
   /// Answers a request that was checked.
   void answer(const Target& target) {
+    if (server_.is_for_programs(target.path)) return answer_program();
     if (target.path == "/stream") {
       if (websocket::is_upgrade(parser_->get()) && buffer_.size() == 0) return open_stream();
       return refuse(http::status::upgrade_required, "The stream is for WebSockets.");
@@ -313,6 +324,25 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
     });
   }
 
+  /// Opens the stream for programs in a subprotocol that both know.
+  void answer_program() {
+    if (!websocket::is_upgrade(parser_->get()) || buffer_.size() > 0) {
+      return refuse(http::status::upgrade_required, "The stream is for WebSockets.");
+    }
+    const auto header = parser_->get()[http::field::sec_websocket_protocol];
+    for (const auto& offered : http::token_list(header)) {
+      const auto& known = server_.settings.programs.protocols;
+      const auto found = std::find(known.begin(), known.end(), std::string(offered.data(), offered.size()));
+      if (found == known.end()) continue;
+      is_program_ = true;
+      stream_.set_option(websocket::stream_base::decorator([protocol = *found](websocket::response_type& response) {
+        response.set(http::field::sec_websocket_protocol, protocol);
+      }));
+      return open_stream();
+    }
+    refuse(http::status::bad_request, "The program must offer a subprotocol that this stream has.");
+  }
+
   void open_stream() {
     end_never();  // Beast times the handshake, and pings
     const Timeouts& timeouts = server_.settings.timeouts;
@@ -334,7 +364,9 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
     ++server_.watchers;
     is_sending_ = true;  // what send() receives meanwhile waits
     std::vector<Message> first;
-    if (!succeeds("a browser's start", [&] { first = server_.site.opened(id_); })) return end();
+    if (!succeeds("a browser's start",
+                  [&] { first = is_program_ ? server_.site.program_opened(id_) : server_.site.opened(id_); }))
+      return end();
     if (has_ended_) return;
     waiting_.push_front(std::make_shared<const std::vector<Message>>(std::move(first)));
     is_sending_ = false;
@@ -373,7 +405,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
   http::response<http::string_body> response_;
   std::string host_;  ///< Host header of the last request that had the token
 
-  bool is_watcher_ = false;
+  bool is_watcher_ = false, is_program_ = false;
   std::deque<Batch> waiting_;  ///< first messages, and texts that were sent
   Batch batch_;                ///< what is being sent
   std::size_t next_ = 0;       ///< message of the batch
@@ -443,6 +475,7 @@ void Server::Impl::deliver() {
     sent.swap(texts);
     if (offered) {
       make = std::exchange(offered, nullptr);
+      make_for = std::exchange(offered_for, nullptr);
       newest = nullptr;
       ++newest_number;
     }
@@ -453,7 +486,9 @@ void Server::Impl::deliver() {
   }
   for (std::string& text : sent) {
     const Batch batch = text_batch(std::move(text));
-    for (const auto& connection : present) connection->send(batch);
+    for (const auto& connection : present) {
+      if (!connection->is_program()) connection->send(batch);
+    }
   }
   for (const auto& connection : present) connection->send_next();
 }
@@ -466,6 +501,14 @@ Batch Server::Impl::newest_after(std::uint64_t& number) {
     newest = std::make_shared<const std::vector<Message>>(std::move(messages));
   }
   return newest;
+}
+
+Batch Server::Impl::newest_for(Client program, std::uint64_t& number) {
+  if (std::exchange(number, newest_number) == newest_number || !make_for) return nullptr;
+  std::vector<Message> messages;
+  succeeds("an offer", [&] { messages = make_for(program); });
+  if (messages.empty()) return nullptr;
+  return std::make_shared<const std::vector<Message>>(std::move(messages));
 }
 
 void Server::Impl::close_all() {
@@ -502,17 +545,22 @@ Server::~Server() {
   impl_->thread.join();
 }
 
-std::string Server::address() const {
-  const auto listening = asio::ip::make_address(impl_->settings.address);
+std::string Server::Impl::own_authority() const {
+  const auto listening = asio::ip::make_address(settings.address);
   const char* loopback = listening.is_v6() ? "::1" : "127.0.0.1";
-  return fmt::format("http://{}/?token={}",
-                     authority(listening.is_unspecified() ? loopback : impl_->settings.address, impl_->port),
-                     impl_->token);
+  return authority(listening.is_unspecified() ? loopback : settings.address, port);
 }
 
-void Server::offer(std::function<std::vector<Message>()> make) {
+std::string Server::address() const { return fmt::format("http://{}/?token={}", impl_->own_authority(), impl_->token); }
+
+std::string Server::program_address() const {
+  return fmt::format("ws://{}{}?token={}", impl_->own_authority(), impl_->settings.programs.path, impl_->token);
+}
+
+void Server::offer(std::function<std::vector<Message>()> make, std::function<std::vector<Message>(Client)> make_for) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->offered.swap(make);  // the argument, with the offer before, is destroyed after the lock
+  impl_->offered.swap(make);  // the arguments, with the offer before, are destroyed after the lock
+  impl_->offered_for.swap(make_for);
   impl_->wake();
 }
 

@@ -42,10 +42,14 @@ class Site {
   virtual ~Site() = default;
   /// Returns the first messages to a browser that has opened the stream. Server::watchers() counts it already.
   virtual std::vector<Message> opened(Client /*client*/) { return {}; }
-  /// Receives a text message of a browser, of at most kMostReceived bytes of UTF-8. It is not checked in any other way.
+  /// Returns the first messages to a program that has opened the stream for programs.
+  virtual std::vector<Message> program_opened(Client /*client*/) { return {}; }
+  /// Receives a text message of a browser or a program, of at most kMostReceived bytes of UTF-8. It is not checked in
+  /// any other way.
   virtual void received(Client /*client*/, std::string_view /*text*/) {}
-  /// Called exactly once for each call of opened(), when the connection has ended for whatever reason; for connections
-  /// that are open at the end of the server, during its destructor. Server::watchers() does not count it any more.
+  /// Called exactly once for each call of opened() and program_opened(), when the connection has ended for whatever
+  /// reason; for connections that are open at the end of the server, during its destructor. Server::watchers() does not
+  /// count it any more.
   virtual void closed(Client /*client*/) {}
   /// Answers a GET request other than for the page itself and the stream. Returns nothing for a path that does not
   /// exist: status 404.
@@ -61,19 +65,28 @@ struct Timeouts {
   std::chrono::milliseconds dead_after{20'000};  ///< until a browser takes a message of the stream, or answers a ping
 };
 
+/// A stream for programs that are no browsers, which is at a path of its own.
+struct ProgramStream {
+  std::string path;                    ///< "/foxglove"; empty: there is none
+  std::vector<std::string> protocols;  ///< subprotocols of WebSocket; a program must offer one of them
+};
+
 struct ServerSettings {
   std::string address = "127.0.0.1";  ///< numeric, of the interface on which the server listens; 0.0.0.0 or ::, of all
   std::uint16_t port = 0;             ///< 0: any that is free
   std::string page;                   ///< the document at /
+  ProgramStream programs;
   Timeouts timeouts;
 };
 
-/// Serves a page, what it requests, and a stream of messages at /stream, by a thread of its own.
+/// Serves a page, what it requests, and a stream of messages at /stream, by a thread of its own; and, where the
+/// settings have one, a stream for programs.
 ///
 /// Every request needs the token of address(): it is new for each server, of 128 random bits, so that neither other
 /// users of the machine nor pages of other sites reach it. Requests whose Host is not the server's own address (DNS
 /// rebinding), or whose Origin is another site, are refused with status 403. There is no TLS. A program that is not a
-/// browser sends no Origin, and needs the token only. No request reads a file: a server has its page and its site.
+/// browser sends no Origin, and needs the token only. So does the stream for programs, whatever the Origin: such a
+/// program may be a page of its maker's site. No request reads a file: a server has its page and its site.
 ///
 /// Limits: kMostConnections connections, kMostReceived bytes in a message, kMostRequest bytes in a request,
 /// kMostMessages_perS messages (and pings) a second from a browser, and Timeouts. What exceeds them is closed.
@@ -104,19 +117,22 @@ class Server {
   /// Returns the address of the page with its token: http://127.0.0.1:8080/?token=... For a server that listens on all
   /// interfaces it is that of the loopback; other machines use their route to this one, by a numeric address.
   [[nodiscard]] std::string address() const;
+  /// Returns the address of the stream for programs: ws://127.0.0.1:8080/foxglove?token=...
+  [[nodiscard]] std::string program_address() const;
 
   /// Offers messages to all browsers in place of the offer before. Returns at once; any thread may call it. `make` is
   /// called in the server's thread, at most once, and only if a browser is ready for it: a browser that comes later
   /// gets the newest offer too. So what `make` refers to must live until the next offer, or the end of the server. If
   /// it throws, that is logged, and the offer is empty.
-  void offer(std::function<std::vector<Message>()> make);
+  /// @param make_for likewise for programs, once for each that is ready; may be empty
+  void offer(std::function<std::vector<Message>()> make, std::function<std::vector<Message>(Client)> make_for = {});
   /// Sends a text to all browsers, after the texts that were sent before and ahead of offers that they have not begun
   /// to take. Returns at once; any thread may call it.
   void send(std::string text);
-  /// Sends a text to one browser, likewise; during its opened(), after the first messages. Only from the server's
-  /// thread, that is from a call of Site.
+  /// Sends a text to one browser or program, likewise; during its opened(), after the first messages. Only from the
+  /// server's thread, that is from a call of Site.
   void send(Client client, std::string text);
-  /// Returns the number of browsers that receive the stream. Any thread may call it.
+  /// Returns the number of browsers and programs that receive a stream. Any thread may call it.
   [[nodiscard]] std::size_t watchers() const;
 
  private:

@@ -36,7 +36,7 @@ set(may_apps/web apps/web base hal/result.h)
 set(may_apps/mcap apps/mcap base)
 set(may_apps/recording apps/recording apps/mcap apps/telemetry ${common})
 set(may_apps/runs apps/runs apps/design/sight.h apps/telemetry ${common})
-set(may_apps/viewer apps/viewer apps/runs apps/telemetry apps/web ${common})
+set(may_apps/viewer apps/viewer apps/runs apps/recording apps/telemetry apps/web ${common})
 # What the tables and drawings of all tools are made of. It knows poses and maps, and no result of any tool.
 set(may_apps/report/kit apps/report/kit apps/config apps/runlog/run_data.h apps/runlog/storage/disk.h apps/runlog/storage/image_file.h base hal
     drivers/sim_povray/scene_views.h)

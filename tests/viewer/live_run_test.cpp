@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/viewer/live_run.h"
 
+#include <cstring>
+#include <map>
+#include <optional>
+#include <string>
 #include <thread>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/recording/foxglove.pb.h"
 #include "tests/report/synthetic_run.h"
 #include "tests/viewer/browser.h"
 
@@ -142,6 +148,90 @@ TEST_F(LiveRunTest, AnyOtherRequestIsRefused) {
   }
   EXPECT_EQ(remote().requested(), behaviours::Shares{});
   EXPECT_FALSE(remote().is_held());
+}
+
+// ---- programs that speak the Foxglove WebSocket protocol
+
+class FoxgloveTest : public LiveRunTest {
+ protected:
+  FoxgloveTest() {
+    open(false);
+    const web::Address address = web::parse_served(address_);
+    client_.emplace(address);
+    client_->send(web::request(address, "/foxglove?token=" + address.token,
+                               web::upgrade_headers() + "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n"));
+    EXPECT_EQ(client_->reply().value_or(web::Reply{}).status, 101);
+    EXPECT_EQ(text()["op"], "serverInfo");
+    for (const json& channel : text()["channels"]) channels_[channel["topic"]] = channel;
+    options_.opened(run_.info);
+  }
+  json text() {
+    const auto frame = client_->frame();
+    return frame && frame->opcode == web::kText ? json::parse(frame->payload, nullptr, false) : json();
+  }
+  void send(const json& request) { client_->send(web::browser_text(request.dump())); }
+  void subscribe(std::uint32_t id, const std::string& topic) {
+    send({{"op", "subscribe"}, {"subscriptions", {{{"id", id}, {"channelId", channels_.at(topic)["id"]}}}}});
+  }
+  /// Makes frames until data have come; returns the subscription and the content.
+  std::pair<std::uint32_t, std::string> data() {
+    for (int i = 0; i < 100; ++i) {
+      finish_frame(++made_);
+      const auto frame = client_->frame();
+      if (!frame || frame->opcode != web::kBinary || frame->payload.size() < 13) continue;
+      EXPECT_EQ(frame->payload[0], 1);
+      std::uint32_t id = 0;
+      std::memcpy(&id, frame->payload.data() + 1, sizeof id);
+      return {id, frame->payload.substr(13)};
+    }
+    return {};
+  }
+
+  std::optional<web::RawClient> client_;
+  std::map<std::string, json> channels_;
+  std::uint64_t made_ = 0;
+};
+
+TEST_F(FoxgloveTest, AProgramGetsTheTopicsThatItSubscribesTo) {
+  EXPECT_EQ(channels_.at("/track")["schemaName"], "foxglove.PoseInFrame");
+  EXPECT_EQ(channels_.at("/track")["schemaEncoding"], "protobuf");
+  EXPECT_EQ(channels_.at("/telemetry")["encoding"], "json");
+  subscribe(7, "/lower/image");
+  const auto [id, bytes] = data();
+  EXPECT_EQ(id, 7U);
+  foxglove::CompressedImage image;
+  ASSERT_TRUE(image.ParseFromString(bytes));
+  EXPECT_EQ(image.format(), "jpeg");
+  EXPECT_EQ(image.frame_id(), "lower");
+  EXPECT_FALSE(image.data().empty());
+}
+
+TEST_F(FoxgloveTest, WhatTheWholeRunHasComesFirst) {
+  subscribe(4'000'000'000, "/landmarks");
+  const auto [id, bytes] = data();
+  EXPECT_EQ(id, 4'000'000'000);
+  foxglove::SceneUpdate landmarks;
+  ASSERT_TRUE(landmarks.ParseFromString(bytes));
+  EXPECT_EQ(landmarks.entities_size(), int(run_.map.landmarks.size()));
+}
+
+TEST_F(FoxgloveTest, WrongRequestsAreAnsweredAndUnsubscribedTopicsEnd) {
+  for (const json& wrong :
+       {json{{"op", "fly"}}, json{1, 2}, json{{"op", "subscribe"}, {"subscriptions", {{{"id", 1}}}}},
+        json{{"op", "subscribe"}, {"subscriptions", {{{"id", -1}, {"channelId", 0}}}}},
+        json{{"op", "subscribe"}, {"subscriptions", {{{"id", 1}, {"channelId", 99}}}}}}) {
+    send(wrong);
+    const json answer = text();
+    EXPECT_EQ(answer["op"], "status") << wrong;
+    EXPECT_EQ(answer["level"], 2);
+  }
+  subscribe(1, "/telemetry");
+  EXPECT_EQ(data().first, 1U);
+  send({{"op", "unsubscribe"}, {"subscriptionIds", {1}}});
+  subscribe(2, "/lower/image");
+  std::uint32_t id = 1;
+  for (int i = 0; i < 100 && id == 1; ++i) id = data().first;
+  EXPECT_EQ(id, 2U) << "the first that still comes may have been on its way";
 }
 
 }  // namespace

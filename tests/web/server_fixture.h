@@ -60,6 +60,10 @@ class RecordingSite : public Site {
     record("opened", client);
     return first;
   }
+  std::vector<Message> program_opened(Client client) override {
+    record("program opened", client);
+    return {{"for a program"}};
+  }
   void received(Client client, std::string_view text) override {
     if (act) act(std::string(text), client);
     record("received " + std::string(text), client);

@@ -228,5 +228,63 @@ TEST_F(WebServer, CountsWatchersInItsCalls) {
   EXPECT_THAT(counts, ElementsAre(1, 2, 1, 0));
 }
 
+// ---- the stream for programs
+
+class ProgramStreams : public WebServer {
+ protected:
+  ProgramStreams() {
+    settings_.programs = {"/programs", {"second", "first"}};
+    open();
+  }
+  [[nodiscard]] std::string upgrade(const std::string& path, const std::string& more) const {
+    return request(address_, with_token(path), upgrade_headers() + more);
+  }
+};
+
+TEST_F(ProgramStreams, NeedTheTokenAndASubprotocolButNoOrigin) {
+  const std::string protocol = "Sec-WebSocket-Protocol: other, first\r\n";
+  EXPECT_EQ(server_->program_address(), "ws://" + address_.host + "/programs?token=" + address_.token);
+  EXPECT_EQ(status_of(upgrade("/programs", "")), 400);
+  EXPECT_EQ(status_of(upgrade("/programs", "Sec-WebSocket-Protocol: other\r\n")), 400);
+  EXPECT_EQ(status_of(request(address_, "/programs?token=00", upgrade_headers() + protocol)), 403);
+  EXPECT_EQ(status_of(request(address_, with_token("/programs"), protocol)), 426);
+  const auto accepted = answer_to(upgrade("/programs", protocol + "Origin: https://its-maker.example\r\n"));
+  ASSERT_TRUE(accepted);
+  EXPECT_EQ(accepted->status, 101);
+  EXPECT_THAT(accepted->head, HasSubstr("Sec-WebSocket-Protocol: first\r\n"));
+  EXPECT_EQ(status_of(upgrade("/stream", "Origin: https://its-maker.example\r\n")), 403);
+}
+
+TEST_F(ProgramStreams, EachGetsWhatIsMadeForItAndNoBrowsersTexts) {
+  RawClient browser = watcher();
+  const std::string words = upgrade("/programs", "Sec-WebSocket-Protocol: first\r\n");
+  RawClient one(address_), two(address_);
+  for (RawClient* const program : {&one, &two}) {
+    program->send(words);
+    ASSERT_EQ(program->reply().value_or(Reply{}).status, 101);
+    EXPECT_EQ(text_of(program->frame()), "for a program");
+  }
+  ASSERT_TRUE(site_.saw("program opened", 2));
+  EXPECT_EQ(site_.count("opened"), 1U);
+  server_->send("for browsers");
+  server_->offer([] { return std::vector<Message>{{"offered to browsers"}}; },
+                 [](Client client) { return std::vector<Message>{{std::to_string(client)}}; });
+  EXPECT_EQ(text_of(browser.frame()), "for browsers");
+  EXPECT_EQ(text_of(browser.frame()), "offered to browsers");
+  const std::string first = text_of(one.frame()), second = text_of(two.frame());
+  EXPECT_NE(first, second);
+  EXPECT_THAT(first + second, testing::MatchesRegex("[0-9]+"));
+  one.send(browser_text("a request"));
+  EXPECT_TRUE(site_.saw("received a request"));
+  one.reset();
+  EXPECT_TRUE(site_.saw("closed"));
+}
+
+TEST_F(WebServer, HasNoStreamForProgramsUnlessTheSettingsDo) {
+  open();
+  EXPECT_EQ(status_of(request(address_, with_token("/programs"), upgrade_headers())), 404);
+  EXPECT_EQ(status_of(request(address_, with_token(""), upgrade_headers())), 400);
+}
+
 }  // namespace
 }  // namespace twocone::web
