@@ -162,7 +162,8 @@ class FoxgloveTest : public LiveRunTest {
                                web::upgrade_headers() + "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n"));
     EXPECT_EQ(client_->reply().value_or(web::Reply{}).status, 101);
     EXPECT_EQ(text()["op"], "serverInfo");
-    for (const json& channel : text()["channels"]) channels_[channel["topic"]] = channel;
+    const json advertised = text();
+    for (const json& channel : advertised["channels"]) channels_[channel["topic"]] = channel;
     options_.opened(run_.info);
   }
   json text() {
@@ -176,8 +177,8 @@ class FoxgloveTest : public LiveRunTest {
   /// Makes frames until data have come; returns the subscription and the content.
   std::pair<std::uint32_t, std::string> data() {
     for (int i = 0; i < 100; ++i) {
-      finish_frame(++made_);
-      const auto frame = client_->frame();
+      finish_frame(++made_);  // the request for it may still be on its way
+      const auto frame = client_->frame(50ms);
       if (!frame || frame->opcode != web::kBinary || frame->payload.size() < 13) continue;
       EXPECT_EQ(frame->payload[0], 1);
       std::uint32_t id = 0;
