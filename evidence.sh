@@ -6,7 +6,7 @@
 #   ./evidence.sh [TOPIC]     without TOPIC: all topics
 set -euo pipefail
 cd "$(dirname "$0")"
-topics=(behaviour dense design code-lines checks toy-camera public-interface main-job simulator renderer accuracy first-day survey mapping bands drivers viewer tradeoff compare fresh-debian found-outside)
+topics=(behaviour dense design code-lines checks toy-camera public-interface python recordings release main-job simulator renderer accuracy first-day survey mapping bands drivers viewer tradeoff compare fresh-debian found-outside)
 
 # The value in a row of a page's first table.
 value_of() { sed -n "s/^| $2 | \(.*\) |\$/\1/p" "$1" | head -n 1; }

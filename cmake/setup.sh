@@ -22,6 +22,8 @@ case "${1:-}" in
     packages+=(qemu-system-x86 busybox-static cpio kmod udev v4l-utils valgrind libcamera-ipa linux-headers-amd64)
     packages+=(libmrpt-slam-dev) # tests/evidence/mrpt_slam.cpp
     packages+=(chromium chromium-driver firefox-esr nodejs) # tests/evidence/viewer.sh
+    packages+=(mypy python3-rosbag python3-rospy python3-sensor-msgs python3-nav-msgs buildah mkdocs man-db) # python.sh, recordings.sh, release.sh
+    command -v npm >/dev/null || packages+=(npm) # recordings.sh
     packages+=(slurm-wlm munge) # a cluster of one node, tests/evidence/slurm_node.sh
     ;;
 esac

@@ -17,6 +17,7 @@
 #include "apps/twocone/commands.h"
 #include "apps/twocone/terminal.h"
 #include "apps/viewer/live_world.h"
+#include "apps/viewer/loopback_cameras.h"
 #include "drivers/sim_povray/effects.h"
 #include "drivers/sim_povray/simulation_host.h"
 
@@ -156,7 +157,17 @@ struct ServeArguments {
   std::optional<sim_povray::RendererKind> renderer;
   bool live = false;
   viewer::PageAddress page;
+  std::vector<std::string> loopback;
 };
+
+/// Reads CAMERA=DEVICE.
+viewer::LoopbackCameras::Wanted loopback_of(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
+    throw BadUsage("--v4l2-loopback '{}' must be CAMERA=DEVICE, such as lower=/dev/video10", text);
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
 
 /// Returns lab for scenes/lab.map.yaml.
 std::string map_name(const std::filesystem::path& map) {
@@ -178,8 +189,20 @@ void serve_with(const ServeArguments& options) {
     live.emplace(map, name);
     say(fmt::format("watch at {}", value_or_fail(live->open(options.page))));
   }
+  sim_povray::WorldWatch watch = live ? live->watch() : sim_povray::WorldWatch();
+  std::unique_ptr<viewer::LoopbackCameras> devices;
+  if (!options.loopback.empty()) {
+    std::vector<viewer::LoopbackCameras::Wanted> wanted;
+    for (const std::string& text : options.loopback) wanted.push_back(loopback_of(text));
+    devices = value_or_fail(viewer::LoopbackCameras::open(wanted, [](const std::string& line) { say(line); }));
+    watch.ordered = [shown = watch.ordered, &devices](const std::string& robot, const std::string& camera,
+                                                      const std::shared_future<ImageResult>& image) {
+      if (shown) shown(robot, camera, image);
+      devices->ordered(robot, camera, image);
+    };
+  }
   const Status served = sim_povray::serve_world(
-      place, name, [](const std::string& line) { say(line); }, stop, live ? live->watch() : sim_povray::WorldWatch());
+      place, name, [](const std::string& line) { say(line); }, stop, watch);
   if (!served) throw CommandFailed(served.error().message);
 }
 
@@ -209,6 +232,11 @@ void add_serve(CLI::App& program) {
   add_renderer(command, options->renderer);
   add_live(command, options->live, options->page,
            "Show the world with its robots in a browser, and print the page's address. PORT: any that is free");
+  command
+      ->add_option("--v4l2-loopback", options->loopback,
+                   "CAMERA=DEVICE: write what a robot's camera sees into a device of the kernel module v4l2loopback,\n"
+                   "such as lower=/dev/video10, or robot.2.lower=... of the robot named 2; can be repeated")
+      ->type_name("CAMERA=DEVICE");
   command->callback([options] { serve_with(*options); });
 }
 

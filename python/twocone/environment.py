@@ -64,7 +64,7 @@ class DriveToGoals:
         size = 5 + 2 * len(description.landmarks)
         self.observation_space = Box(np.full(size, -np.inf, np.float32), np.full(size, np.inf, np.float32))
         self.action_space = Box(-np.ones(2, np.float32), np.ones(2, np.float32))
-        self._robot = None
+        self._robot: twocone.ConnectedRobot | None = None
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """Begins an episode at the robot file's start. Returns the first observation and ``info``."""

@@ -37,7 +37,8 @@ class Run:
 
     def image_files(self, frame: int) -> tuple[Path, Path]:
         """Returns the files of a frame's images, lower and upper."""
-        return tuple(self.folder / view / f"{frame:06d}.png" for view in ("lower", "upper"))
+        name = f"{frame:06d}.png"
+        return self.folder / "lower" / name, self.folder / "upper" / name
 
 
 def read_run(folder, method: str = "") -> Run:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program's tools as functions: each does what the subcommand of its name does, and returns its numbers."""
 
+import collections.abc
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -133,12 +134,12 @@ def calibrate(runs, *, out, robot="", frames: int = 90, priors: dict[str, float]
     content = json.loads(_native.calibrate(_folders(runs), out, robot, frames, priors or {}, distortion, figures, force))
     names = Parameter.__dataclass_fields__
     parameters = {p["name"]: Parameter(**{key: p[key] for key in names}) for p in content["parameters"]}
-    views = [content["views"][view] for view in ("lower", "upper")]
-    return Calibration(Path(out), parameters, _belief(content), tuple(view["rms_before_px"] for view in views),
-                       tuple(view["rms_after_px"] for view in views), content["settled"], content)
+    lower, upper = content["views"]["lower"], content["views"]["upper"]
+    return Calibration(Path(out), parameters, _belief(content), (lower["rms_before_px"], upper["rms_before_px"]),
+                       (lower["rms_after_px"], upper["rms_after_px"]), content["settled"], content)
 
 
-def survey(runs, *, out, robot="", calibrate_to="", distances: list[tuple[str, str, float]] = (), distance_sigma_m=0.002,
+def survey(runs, *, out, robot="", calibrate_to="", distances: collections.abc.Sequence[tuple[str, str, float]] = (), distance_sigma_m=0.002,
            refine: bool = False, frames: int = 180, force: bool = False) -> Survey:
     """Finds the landmarks of a room from drives without a map of them, and writes their map.
 

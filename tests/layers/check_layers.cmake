@@ -13,7 +13,7 @@ set(areas base hal vision localisation drivers/backends drivers/DRIVER
 set(drivers_api drivers/backends.h drivers/serial_diffdrive/protocol.h drivers/serial_diffdrive/serial_diffdrive.h
                 drivers/sim_povray/effects.h drivers/sim_povray/pixel_truth.h drivers/sim_povray/place.h
                 drivers/sim_povray/scene_geometry.h drivers/sim_povray/scene_views.h drivers/sim_povray/session_settings.h
-                drivers/sim_povray/simulation.h drivers/sim_povray/simulation_host.h)
+                drivers/sim_povray/simulation.h drivers/sim_povray/simulation_host.h drivers/v4l2_camera/loopback.h)
 # Folders and headers that every application may include.
 set(common apps/config apps/estimation apps/runlog apps/behaviours base hal vision localisation ${drivers_api})
 set(may_base base)
