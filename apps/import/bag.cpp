@@ -3,6 +3,7 @@
 #include "apps/import/bag.h"
 
 #include <cstdint>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -34,5 +35,9 @@ extern "C" bool twocone_read_bag(const std::filesystem::path& file,
     throw config::FileError("{}: has no index, because it was cut off: `rosbag reindex` repairs it", file.string());
   } catch (const rosbag::BagException& error) {
     throw config::FileError("{}: {}", file.string(), error.what());
+  } catch (const config::FileError&) {
+    throw;  // of `use`
+  } catch (const std::exception& error) {  // what the library does not expect in a bag
+    throw config::FileError("{}: is damaged: {}", file.string(), error.what());
   }
 }

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace twocone::viewer {
 namespace {
 
@@ -43,7 +45,7 @@ void LoopbackCameras::ordered(const std::string& robot, const std::string& camer
                               const std::shared_future<ImageResult>& image) {
   const std::lock_guard lock(mutex_);
   for (const auto& output : outputs_) {
-    if (output->camera != camera && output->camera != robot + '.' + camera) continue;
+    if (output->camera != camera && output->camera != fmt::format("{}.{}", robot, camera)) continue;
     output->waiting.push_back(image);
     if (output->waiting.size() > kMostWaiting) output->waiting.pop_front();
   }

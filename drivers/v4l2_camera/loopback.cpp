@@ -31,7 +31,7 @@ class Loopback final : public LoopbackDevice {
     const Result<Image> pixels = to_rgb8(image);
     if (!pixels) return pixels.error();
     if (width_px_ == 0) {
-      if (const Status set = set_size(*pixels); !set) return set;
+      if (Status set = set_size(*pixels); !set) return set;
     }
     if (pixels->width_px != width_px_ || pixels->height_px != height_px_) {
       return Error(ErrorCode::kBadData, "{}: an image of {} x {}, must be {} x {} as the first", device_,

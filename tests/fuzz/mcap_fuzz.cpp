@@ -2,7 +2,7 @@
 // Feeds damaged MCAP files to the reader and what it returns to the decoders of messages: files whose bytes are
 // changed, cut, doubled or swapped, and whose numbers are extreme; compressed and not. The exit status is 1 if anything
 // else than config::FileError or BadMessage is thrown. A crash or a report of a sanitizer ends the program earlier.
-//   mcap_fuzz TIMES SEED
+//   mcap_fuzz TIMES SEED [BAG]      with a small bag of ROS 1: damaged copies of it instead
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -135,14 +135,15 @@ class Damage {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return std::fputs("mcap_fuzz TIMES SEED\n", stderr), 2;
+  if (argc != 3 && argc != 4) return std::fputs("mcap_fuzz TIMES SEED [BAG]\n", stderr), 2;
   const long times = std::atol(argv[1]);
   std::mt19937_64 random(std::strtoull(argv[2], nullptr, 10));
   // In memory, where there is such a folder.
   const fs::path folder = fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path();
   const fs::path file = folder / ("twocone_mcap_fuzz_" + std::to_string(::getpid()));
   std::vector<std::string> samples;
-  for (int i = 0; i < 4; ++i) {
+  if (argc == 4) samples.push_back(content_of(argv[3]));
+  for (int i = 0; i < 4 && argc == 3; ++i) {
     write_sample(file, random);
     samples.push_back(content_of(file));
     samples.push_back(opened(file, folder / (file.filename().string() + "_opened")));

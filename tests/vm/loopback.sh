@@ -32,12 +32,12 @@ until grep -qs serving /run/serve; do
     sleep 0.2
 done
 echo "the world is served"
-# A first frame sets the devices' sizes; the programs that capture start then.
+# A first frame sets the devices' sizes; the programs that capture start then, and capture it too.
 drive() { '$build/twocone' run --robot '$robot' --set attach=lab --renderer native --behaviour wander --seed 1 "\$@" 2>&1 | tail -n 2; }
 drive --frames 1 --out /run/first
 capturing=
 for view in lower:10 upper:11; do
-    '$build/tests/vm/captured_images' capture /dev/video\${view#*:} 320 240 2 $frames /run/\${view%:*}.rgb > /run/\${view%:*} 2>&1 &
+    '$build/tests/vm/captured_images' capture /dev/video\${view#*:} 320 240 2 $((frames + 1)) /run/\${view%:*}.rgb > /run/\${view%:*} 2>&1 &
     capturing+=" \$!"
 done
 for view in lower upper; do
