@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -254,6 +255,18 @@ Expected<FrameReport> Localiser::update(const CapturedFrame& frame) {
 
 Expected<FrameReport> Localiser::update(const OwnFrame& frame) {
   const bool has_wheels = frame.wheels.has_value();
+  const bool is_finite =
+      std::isfinite(frame.t_s) &&
+      (!has_wheels || (std::isfinite(frame.wheels->left_rad) && std::isfinite(frame.wheels->right_rad)));
+  if (!is_finite) return Failure{FailureCode::kBadData, "the frame's time and wheel angles must be finite"};
+  for (const ImageView* const view : {&frame.lower, &frame.upper}) {
+    const auto size = image_bytes(PixelFormat::kRgb8, view->width_px, view->height_px);
+    if (size != view->rgb.size()) {
+      return Failure{FailureCode::kBadData,
+                     fmt::format("an image of {} x {} pixels has {} bytes, must have 3 for a pixel", view->width_px,
+                                 view->height_px, view->rgb.size())};
+    }
+  }
   if (impl_->last_t_s && !(frame.t_s > *impl_->last_t_s)) {
     return Failure{FailureCode::kInvalidState, fmt::format("the frame's time is {} s, must be later than {} s, that of "
                                                            "the frame before",
@@ -267,11 +280,13 @@ Expected<FrameReport> Localiser::update(const OwnFrame& frame) {
     return Image{view.width_px, view.height_px, PixelFormat::kRgb8,
                  Bytes::lent(view.rgb, std::make_shared<const char>())};
   };
-  impl_->last_t_s = frame.t_s;
-  impl_->had_wheels = has_wheels;
   const auto odometry = has_wheels ? impl_->odometry.update(frame.wheels->left_rad, frame.wheels->right_rad)
                                    : config::to_start_pose(impl_->description.impl_->robot);
-  return impl_->answer(image(frame.lower), image(frame.upper), frame.t_s, frame.wheels, odometry);
+  auto answer = impl_->answer(image(frame.lower), image(frame.upper), frame.t_s, frame.wheels, odometry);
+  if (!answer) return answer;
+  impl_->last_t_s = frame.t_s;
+  impl_->had_wheels = has_wheels;
+  return answer;
 }
 
 // ---- names. Each points into a string literal.

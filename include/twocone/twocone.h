@@ -196,7 +196,8 @@ class Localiser {
   /// Waits for the frame's images and answers it. Frames must be in order. Failures: those of CapturedFrame::lower().
   Expected<FrameReport> update(const CapturedFrame& frame);
   /// Answers a frame of one's own. Without wheels, the track is the frame's own fix. Failures: kBadData for images of
-  /// other sizes; kInvalidState for a time that is not later than the frame's before, and for wheels that come or go.
+  /// other sizes, for pixels that are not as many as an image's size states, and for numbers that are not finite;
+  /// kInvalidState for a time that is not later than the frame's before, and for wheels that come or go.
   Expected<FrameReport> update(const OwnFrame& frame);
 
  private:

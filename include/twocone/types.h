@@ -23,7 +23,7 @@ enum class FailureCode {
   kTimeout,       ///< nothing arrived before the deadline: it is safe to try again
   kDisconnected,  ///< the device or its program is gone: open the robot again
   kBadData,       ///< bytes arrived, but they are not an image or reply
-  kCancelled,     ///< a signal requested the end (OpenOptions::stop_on_signals)
+  kCancelled,     ///< a signal or the program requested the end (OpenOptions)
   kRefused,       ///< the device or its program rejects the request, and the message says why
 };
 

@@ -44,7 +44,7 @@ def main():
                 reached += 1
             robot.set_velocity(*towards(pose, goal))
             if frame.number % 30 == 0:
-                sigma = "" if report.covariance is None else f" +- {1000 * math.sqrt(np.trace(report.covariance[:2, :2])):.1f} mm"
+                sigma = "" if report.covariance is None else f" +- {1000 * math.sqrt(np.trace(report.covariance[:2, :2])):.2f} mm"
                 seen = sum(r.verdict == twocone.RangeVerdict.OK for r in report.ranges)
                 print(f"{frame.t_s:6.2f} s  ({pose.x_m:6.3f}, {pose.y_m:6.3f}) m{sigma}, {seen} landmarks ranged, {reached} goals reached")
 

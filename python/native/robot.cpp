@@ -80,14 +80,14 @@ auto PyRobot::use(F f) {
     const py::gil_scoped_release unlocked;
     const std::lock_guard lock(mutex_);
     using Answer = decltype(f(robot_->get()));
-    return robot_ && !is_closing_ ? f(robot_->get()) : Answer(closed());
+    return robot_ && !*is_closing_ ? f(robot_->get()) : Answer(closed());
   }());
 }
 
 PyRobot::PyRobot(const std::filesystem::path& robot_file, std::uint64_t seed) : description_(robot_file) {
   OpenOptions options;
   options.seed = seed;
-  options.is_cancelled = [this] { return is_closing_ || is_interrupted(); };
+  options.is_cancelled = [is_closing = is_closing_] { return *is_closing || is_interrupted(); };
   robot_.emplace(value_or_raise([&] {
     const py::gil_scoped_release unlocked;
     return open_robot(robot_file, options);
@@ -120,7 +120,7 @@ std::string PyRobot::contact() {
 }
 
 void PyRobot::close() noexcept {
-  is_closing_ = true;
+  *is_closing_ = true;
   if (::getpid() != process_) return;
   {
     const std::lock_guard lock(open_mutex);

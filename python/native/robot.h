@@ -69,7 +69,7 @@ class PyRobot {
   std::string contact();
   /// Stops the wheels and closes the devices. A call that waits in another thread ends with kCancelled.
   void close() noexcept;
-  [[nodiscard]] bool is_closed() const { return is_closing_; }
+  [[nodiscard]] bool is_closed() const { return *is_closing_; }
 
  private:
   /// Calls f(robot) without the interpreter's lock, one call at a time.
@@ -77,7 +77,8 @@ class PyRobot {
   auto use(F f);
 
   RobotDescription description_;
-  std::atomic<bool> is_closing_{false};
+  /// Shared with the frames, which may outlive the robot.
+  std::shared_ptr<std::atomic<bool>> is_closing_ = std::make_shared<std::atomic<bool>>(false);
   std::mutex mutex_;
   std::optional<OfThisProcess<ConnectedRobot>> robot_;
   pid_t process_ = ::getpid();

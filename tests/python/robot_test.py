@@ -73,9 +73,14 @@ class Robot(unittest.TestCase):
             localiser.update_images(image, image.astype(float), t_s=0)
         with self.assertRaisesRegex(twocone.DeviceError, "640"):
             localiser.update_images(image[:100], image, t_s=0)
-        localiser.update_images(image, image, t_s=1)
+        for number in (float("nan"), float("inf")):
+            with self.assertRaisesRegex(twocone.DeviceError, "must be finite"):
+                localiser.update_images(image, image, t_s=number)
+        localiser.update_images(image, image, t_s=1)  # what was refused has left no trace
         with self.assertRaisesRegex(twocone.DeviceError, "must be later than 1 s"):
             localiser.update_images(image, image, t_s=1)
+        with self.assertRaisesRegex(twocone.DeviceError, "must have wheel angles, or none"):
+            localiser.update_images(image, image, t_s=2, wheels_rad=(0, 0))
 
     def test_errors_have_the_programs_texts(self):
         with self.assertRaisesRegex(twocone.FileError, "no_such.yaml"):
@@ -108,7 +113,11 @@ class Robot(unittest.TestCase):
             self.assertFalse(thread.is_alive())
         del robots
         gc.collect()
-        del frames
+        for frame in frames:
+            try:
+                self.assertEqual(frame.upper().shape, (480, 640, 3))
+            except twocone.DeviceError as error:  # its pixels had not arrived
+                self.assertIn(error.code, (twocone.FailureCode.CANCELLED, twocone.FailureCode.DISCONNECTED))
 
     def test_waiting_releases_the_interpreters_lock(self):
         with twocone.open_robot(LAB) as robot:
