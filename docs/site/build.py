@@ -40,7 +40,8 @@ def placed(target: Path, staged: Path) -> Path:
                 names = sorted(p.name for p in target.glob("*.md"))
                 index.write_text(f"# {inside.name}\n\n" + "".join(f"- [{name[:-3]}]({name})\n" for name in names))
             return index
-        return page
+        if page.exists():
+            return page
     copy = staged / "source" / inside
     if target.is_dir():
         index = copy / "index.md"
@@ -105,7 +106,8 @@ def main():
             lines += [f"      - {page}" for page in pages]
         config = Path(work) / "mkdocs.yml"
         config.write_text("\n".join(lines) + "\n")
-        subprocess.run(["mkdocs", "build", "--quiet", "--clean", "--config-file", config], check=True)
+        if subprocess.run(["mkdocs", "build", "--quiet", "--clean", "--config-file", config], check=False).returncode != 0:
+            raise SystemExit(f"{Path(__file__).name}: mkdocs failed")
     print(out / "index.html")
 
 
