@@ -48,15 +48,15 @@ row "a bag of ROS 1, made by Debian's rosbag and imported: images that are the s
 row "the same: what compare says differs" "$(differing from_bag)" "none" "$([ "$(differing from_bag)" = none ] && echo yes || echo no)"
 
 fuzz() {
-  cmake --preset asan -B build/asan-fuzz -D TWOCONE_BUILD_FUZZERS=ON >/dev/null && cmake --build build/asan-fuzz --target mcap_fuzz >/dev/null &&
-    build/asan-fuzz/tests/fuzz/mcap_fuzz 1000000 1
+  cmake --preset asan -D TWOCONE_BUILD_FUZZERS=ON >/dev/null && cmake --build build/asan --target mcap_fuzz twocone_rosbag >/dev/null &&
+    build/asan/tests/fuzz/mcap_fuzz 1000000 1
 }
 step fuzz fuzz
 row "a million damaged MCAP files, with the address sanitizer" "$(tail -n 1 "$work/fuzz.log")" "no crash" "$(passed fuzz)"
 small_bag() {
   $twocone run --robot tests/end_to_end/data/small.yaml --frames 3 --renderer native --force --out "$work/small" >/dev/null &&
     PYTHONPATH=build/release/python:/usr/lib/python3/dist-packages /usr/bin/python3 tests/evidence/recordings/make_bag.py "$work/small" "$work/small.bag" &&
-    build/asan-fuzz/tests/fuzz/mcap_fuzz 1000000 1 "$work/small.bag"
+    build/asan/tests/fuzz/mcap_fuzz 1000000 1 "$work/small.bag"
 }
 step fuzz_bags small_bag
 row "a million damaged bags of ROS 1, with the address sanitizer" "$(tail -n 1 "$work/fuzz_bags.log")" "no crash" "$(passed fuzz_bags)"
