@@ -27,7 +27,9 @@ static double cpu_s() {
 }
 
 int main(int, char** words) {
-  auto robot = *twocone::open_robot(words[1]);
+  auto opened = twocone::open_robot(words[1]);
+  if (!opened) return std::fprintf(stderr, "controller: %s\n", opened.error().message.c_str()), 1;
+  twocone::ConnectedRobot& robot = *opened;
   twocone::Localiser localiser(robot.description());
   const auto goals = robot.description().waypoints();
   std::size_t goal = 0;
