@@ -11,7 +11,7 @@ step drive drive
 size=$(stat -c %s "$work/run.mcap" 2>/dev/null || echo 0)
 images=$(cat "$work"/run/lower/*.png "$work"/run/upper/*.png | wc -c)
 
-install() { mkdir -p "$node" && cp tests/evidence/recordings/* "$node" && cd "$node" && npm install --no-audit --no-fund; }
+install() (mkdir -p "$node" && cp tests/evidence/recordings/* "$node" && cd "$node" && npm install --no-audit --no-fund)
 step npm install
 step mcap node "$node/check_mcap.mjs" "$work/run.mcap" "$work/run"
 value() { awk -v name="$2" '$1 == name { print $2 }' "$work/$1.log"; }

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@
 #include "apps/import/topics.h"
 #include "apps/mcap/mcap.h"
 #include "apps/mcap/records.h"
+#include "apps/recording/foxglove.pb.h"
+#include "tests/import/ros_message.h"
 
 using namespace twocone;  // NOLINT(google-build-using-namespace): this is a separate program
 
@@ -33,22 +36,77 @@ std::string content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(from), {}};
 }
 
-/// Writes a file with a message of each type that import reads, whose content is noise, and of each encoding.
+/// Returns a message of ROS that is right. @param type as in ROS 1
+std::string ros_message(const std::string& type, importer::Encoding encoding, bool is_big_endian) {
+  importer::RosMessage message(encoding, is_big_endian);
+  message.header(100, 5, "frame");
+  constexpr std::uint32_t kWidth_px = 4, kHeight_px = 3;
+  if (type == "sensor_msgs/Image") {
+    message.number(kHeight_px).number(kWidth_px).text("bgr8").number(std::uint8_t{0}).number(3 * kWidth_px);
+    message.data(std::string(std::size_t(3) * kWidth_px * kHeight_px, 'x'));
+  } else if (type == "sensor_msgs/CompressedImage") {
+    message.text("jpeg").data("content");
+  } else if (type == "sensor_msgs/CameraInfo") {
+    message.number(kHeight_px).number(kWidth_px).text("plumb_bob").number(std::uint32_t{2}).number(0.1).number(0.2);
+    for (int i = 0; i < 9; ++i) message.number(double(i));
+  } else {
+    message.text("base");
+    for (int i = 0; i < 7; ++i) message.number(double(i));
+  }
+  return message.raw();
+}
+
+/// Returns a message of Foxglove that is right.
+std::string foxglove_message(const std::string& type) {
+  if (type == "foxglove.RawImage") {
+    foxglove::RawImage image;
+    image.set_width(4);
+    image.set_height(3);
+    image.set_encoding("rgb8");
+    image.set_step(12);
+    image.set_data(std::string(36, 'x'));
+    return image.SerializeAsString();
+  }
+  if (type == "foxglove.CompressedImage") {
+    foxglove::CompressedImage image;
+    image.mutable_timestamp()->set_seconds(7);
+    image.set_format("png");
+    image.set_data("content");
+    return image.SerializeAsString();
+  }
+  if (type == "foxglove.CameraCalibration") {
+    foxglove::CameraCalibration lens;
+    lens.set_width(4);
+    lens.set_height(3);
+    for (int i = 0; i < 9; ++i) lens.add_k(i);
+    return lens.SerializeAsString();
+  }
+  foxglove::PoseInFrame pose;
+  pose.mutable_timestamp()->set_nanos(7);
+  pose.mutable_pose()->mutable_position()->set_x(1.5);
+  pose.mutable_pose()->mutable_orientation()->set_w(1);
+  return pose.SerializeAsString();
+}
+
+/// Writes a file with messages of each type that import reads, and of one that it does not.
 void write_sample(const fs::path& file, std::mt19937_64& random) {
   mcap::Writer writer(file, "fuzz");
-  for (const char* type :
-       {"sensor_msgs/msg/Image", "sensor_msgs/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo",
-        "nav_msgs/msg/Odometry", "nav_msgs/Odometry", "foxglove.RawImage", "foxglove.CompressedImage",
-        "foxglove.PoseInFrame", "foxglove.CameraCalibration", "unknown/Type"}) {
-    const auto schema = writer.add(mcap::Schema{type, "ros2msg", ""});
-    for (const char* encoding : {"cdr", "ros1", "protobuf", "json"}) {
-      const auto channel = writer.add(mcap::Channel{std::string("/") + type, encoding, schema, {}});
-      std::string text(random() % 200, '\0');
-      for (char& c : text) c = random() % 2 == 0 ? '\0' : char(random() % 8);
-      if (text.size() > 4) text[0] = 0, text[1] = 1;
-      writer.add({channel, 0, random(), random(), std::as_bytes(std::span(text))});
-    }
+  const auto add = [&](const std::string& type, const char* encoding, const std::string& content) {
+    const auto schema = writer.add(mcap::Schema{type, encoding, ""});
+    const auto channel = writer.add(mcap::Channel{"/" + type, encoding, schema, {}});
+    writer.add({channel, 0, random(), random(), std::as_bytes(std::span(content))});
+  };
+  for (const std::string name : {"Image", "CompressedImage", "CameraInfo", "Odometry"}) {
+    const std::string package = name == "Odometry" ? "nav_msgs/" : "sensor_msgs/";
+    const std::string type = package + name;
+    add(package + "msg/" + name, "cdr", ros_message(type, importer::Encoding::kCdr, random() % 2 == 0));
+    add(type, "ros1", ros_message(type, importer::Encoding::kRos1, false));
   }
+  for (const char* const type :
+       {"foxglove.RawImage", "foxglove.CompressedImage", "foxglove.PoseInFrame", "foxglove.CameraCalibration"}) {
+    add(type, "protobuf", foxglove_message(type));
+  }
+  add("unknown/Type", "json", "{}");
   writer.finish();
 }
 

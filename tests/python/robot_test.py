@@ -160,7 +160,8 @@ class Robot(unittest.TestCase):
 class Interrupt(unittest.TestCase):
     def test_ctrl_c_ends_a_wait_and_the_interpreter_goes_on(self):
         program = f"""
-import twocone
+import signal, twocone
+signal.signal(signal.SIGINT, signal.default_int_handler)  # also where this test runs in the background
 robot = twocone.open_robot({str(LAB)!r})
 print("ready", flush=True)
 try:

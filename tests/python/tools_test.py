@@ -90,7 +90,8 @@ class Runs(Tools):
 
     def test_ctrl_c_ends_a_run_and_keeps_its_frames(self):
         program = f"""
-import sys, twocone
+import signal, twocone
+signal.signal(signal.SIGINT, signal.default_int_handler)  # also where this test runs in the background
 count = 0
 def progress(done):
     global count
