@@ -33,18 +33,21 @@ std::vector<fs::path> places() {
 
 }  // namespace
 
-void* load_module(const char* file, const char* entry) {
+fs::path find_module(const char* file) {
   for (const fs::path& folder : places()) {
-    const fs::path path = folder / file;
     std::error_code none;
-    if (!fs::exists(path, none)) continue;
-    void* const module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (module == nullptr) throw FormattedError("{}", ::dlerror());
-    void* const function = ::dlsym(module, entry);
-    if (function == nullptr) throw FormattedError("{} is not a module of this program", path.string());
-    return function;
+    if (fs::exists(folder / file, none)) return folder / file;
   }
   throw FormattedError("{} was not found; is twocone fully installed? TWOCONE_MODULES can name its folder", file);
+}
+
+void* load_module(const char* file, const char* entry) {
+  const fs::path path = find_module(file);
+  void* const module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (module == nullptr) throw FormattedError("{}", ::dlerror());
+  void* const function = ::dlsym(module, entry);
+  if (function == nullptr) throw FormattedError("{} is not a module of this program", path.string());
+  return function;
 }
 
 }  // namespace twocone::base

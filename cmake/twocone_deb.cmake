@@ -57,7 +57,7 @@ that is simulated by POV-Ray."
 if(TWOCONE_HAVE_ROSBAG)
   twocone_deb(rosbag twocone-rosbag SECTION science
     SUMMARY "robot that sees all around with two cone mirrors, bags of ROS 1"
-    DESCRIPTION "This package has the module with which twocone import reads bags of ROS 1."
+    DESCRIPTION "This package has the program with which twocone import reads bags of ROS 1."
     DEPENDS "twocone ${same}")
 endif()
 set(interface_version ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Components, each a Debian package (twocone_deb.cmake): `program` holds the files that a robot needs; `rosbag` the module
+# Components, each a Debian package (twocone_deb.cmake): `program` holds the files that a robot needs; `rosbag` the program
 # for bags of ROS 1; `runtime` the shared libraries of the public interface; `development` its headers, and the files for
 # find_package(twocone) and pkg-config; `python` the Python package.
 foreach(component twocone localisation)

@@ -72,11 +72,11 @@ endfunction()
 # The folder of modules has no multiarch part, because a module is found relative to the program, wherever that is installed.
 set(TWOCONE_MODULES lib/twocone)
 
-# twocone_module(NAME FOR library SOURCES a.cpp ... DEPENDS ... [COMPONENT component])
-# A shared library that only the named library loads (base/module.h), as TWOCONE_<NAME>_MODULE, so that a program starts
-# without what few robots need. Building a program that may load the module also builds the module.
+# twocone_module(NAME [PROGRAM] FOR library SOURCES a.cpp ... DEPENDS ... [COMPONENT component])
+# A shared library, or a program, that only the named library loads or runs (base/module.h), as TWOCONE_<NAME>_MODULE or
+# TWOCONE_<NAME>_PROGRAM, so that twocone starts without what few robots need. Building what may use it also builds it.
 function(twocone_module name)
-  cmake_parse_arguments(ARG "" "FOR;COMPONENT" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAM" "FOR;COMPONENT" "SOURCES;DEPENDS" ${ARGN})
   if(NOT ARG_COMPONENT)
     set(ARG_COMPONENT program)
   endif()
@@ -84,15 +84,22 @@ function(twocone_module name)
   string(TOUPPER ${name} upper)
   # As the SOVERSION of the public interface: two installed versions must not load each other's module.
   set(file twocone_${name}_${PROJECT_VERSION_MAJOR}_${PROJECT_VERSION_MINOR})
-  add_library(${target} MODULE ${ARG_SOURCES})
+  if(ARG_PROGRAM)
+    add_executable(${target} ${ARG_SOURCES})
+    set_target_properties(${target} PROPERTIES OUTPUT_NAME ${file} RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${TWOCONE_MODULES})
+    target_compile_definitions(twocone_${ARG_FOR} PRIVATE TWOCONE_${upper}_PROGRAM="${file}")
+    install(TARGETS ${target} RUNTIME DESTINATION ${TWOCONE_MODULES} COMPONENT ${ARG_COMPONENT})
+  else()
+    add_library(${target} MODULE ${ARG_SOURCES})
+    set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME ${file} SUFFIX .so
+                          LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${TWOCONE_MODULES})
+    target_compile_definitions(twocone_${ARG_FOR} PRIVATE TWOCONE_${upper}_MODULE="${file}.so")
+    install(TARGETS ${target} LIBRARY DESTINATION ${TWOCONE_MODULES} COMPONENT ${ARG_COMPONENT})
+  endif()
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${target} PRIVATE ${ARG_DEPENDS})
   twocone_set_up(${target})
-  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME ${file} SUFFIX .so
-                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${TWOCONE_MODULES})
-  target_compile_definitions(twocone_${ARG_FOR} PRIVATE TWOCONE_${upper}_MODULE="${file}.so")
   add_dependencies(twocone_${ARG_FOR} ${target})
-  install(TARGETS ${target} LIBRARY DESTINATION ${TWOCONE_MODULES} COMPONENT ${ARG_COMPONENT})
 endfunction()
 
 # twocone_test(NAME SOURCES a_test.cpp ... DEPENDS twocone::hal ... [LABEL slow] [TIMEOUT seconds])

@@ -1,43 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
-// The module that links rosbag_storage.
 #include "apps/import/bag.h"
 
-#include <cstdint>
-#include <exception>
-#include <string>
-#include <vector>
+#include <sys/wait.h>
 
-#include <ros/serialization.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
 
 #include "apps/config/yaml/text_file.h"
+#include "base/child_process.h"
+#include "base/errors.h"
+#include "base/module.h"
 
-namespace config = twocone::config;
-using twocone::importer::Encoding;
-using twocone::importer::TopicMessage;
+namespace twocone::importer {
+namespace {
 
-extern "C" bool twocone_read_bag(const std::filesystem::path& file,
-                                 const std::function<void(const TopicMessage&)>& use) {
+namespace fs = std::filesystem;
+
+/// Returns the program that reads bags. @throws config::FileError
+fs::path reader_of_bags(const fs::path& bag) {
+#ifdef TWOCONE_ROSBAG_PROGRAM
   try {
-    rosbag::Bag bag;
-    bag.open(file.string(), rosbag::bagmode::Read);
-    rosbag::View view(bag);
-    std::vector<std::uint8_t> bytes;
-    for (const rosbag::MessageInstance& message : view) {
-      bytes.resize(message.size());
-      ros::serialization::OStream stream(bytes.data(), std::uint32_t(bytes.size()));
-      message.write(stream);
-      use({message.getTopic(), message.getDataType(), Encoding::kRos1, std::as_bytes(std::span(bytes))});
-    }
-    return true;
-  } catch (const rosbag::BagUnindexedException&) {
-    throw config::FileError("{}: has no index, because it was cut off: `rosbag reindex` repairs it", file.string());
-  } catch (const rosbag::BagException& error) {
-    throw config::FileError("{}: {}", file.string(), error.what());
-  } catch (const config::FileError&) {
-    throw;  // of `use`
-  } catch (const std::exception& error) {  // what the library does not expect in a bag
-    throw config::FileError("{}: is damaged: {}", file.string(), error.what());
+    return base::find_module(TWOCONE_ROSBAG_PROGRAM);
+  } catch (const base::FormattedError& error) {
+    throw config::FileError("{}: a bag of ROS 1: {} (Debian: twocone-rosbag)", bag.string(), error.what());
   }
+#else
+  throw config::FileError(
+      "{}: a bag of ROS 1, which this build does not read: install librosbag-storage-dev and build again, or make an "
+      "MCAP file of it with `mcap convert`",
+      bag.string());
+#endif
 }
+
+/// Returns how long reading a bag may take: longer than any disk needs.
+std::chrono::seconds patience(const fs::path& bag) {
+  constexpr std::chrono::seconds kLeast{600};
+  constexpr std::uintmax_t kBytesPerS = 1'000'000;
+  std::error_code unknown;
+  const std::uintmax_t size = fs::file_size(bag, unknown);
+  return kLeast + std::chrono::seconds(unknown ? 0 : size / kBytesPerS);
+}
+
+}  // namespace
+
+void bag_to_mcap(const fs::path& bag, const fs::path& mcap) {
+  base::ChildRequest request;
+  request.program = {.path = reader_of_bags(bag).string(),
+                     .arguments = {fs::absolute(bag).string(), fs::absolute(mcap).string()},
+                     .environment = base::own_environment(),
+                     .folder = "/",
+                     .inputs = {}};
+  request.timeout = patience(bag);
+  request.max_output = base::kMaxErrors;
+  const base::ChildResult result = base::run_child(request);
+  using End = base::ChildResult::End;
+  if (result.end == End::kEnded && result.wait_status == 0) return;
+  std::error_code ignored;
+  fs::remove(mcap, ignored);
+  if (result.end == End::kTimedOut) throw config::FileError("{}: reading the bag took too long", bag.string());
+  if (result.end == End::kNotStarted) throw config::FileError("{}: {}", bag.string(), result.errors);
+  // Its last line is ours; the library may have written others before it.
+  const std::string text = result.errors.substr(0, result.errors.find_last_not_of('\n') + 1);
+  const bool has_ended = result.end == End::kEnded && WIFEXITED(result.wait_status);
+  throw config::FileError("{}: {}", bag.string(),
+                          has_ended && !text.empty() ? text.substr(text.find_last_of('\n') + 1)
+                                                     : "is damaged: the library that reads bags has crashed");
+}
+
+}  // namespace twocone::importer

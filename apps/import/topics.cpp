@@ -23,26 +23,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+bool is_bag(const fs::path& file) {
+  constexpr std::string_view kMagic = "#ROSBAG";
+  std::array<char, kMagic.size()> begin{};
+  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+  return std::string_view(begin.data(), begin.size()) == kMagic;
+}
+
 std::optional<Encoding> encoding_named(std::string_view name) {
   if (name == "protobuf") return Encoding::kProtobuf;
   if (name == "cdr") return Encoding::kCdr;
   if (name == "ros1") return Encoding::kRos1;
   return std::nullopt;
-}
-
-bool read_mcap(const fs::path& file, const std::function<void(const TopicMessage&)>& use) {
-  try {
-    mcap::Reader reader(file);
-    while (const auto message = reader.next()) {
-      const mcap::Channel& channel = reader.channels().at(message->channel);
-      const auto encoding = encoding_named(channel.message_encoding);
-      if (!encoding || !channel.schema) continue;
-      use({channel.topic, reader.schemas().at(*channel.schema).name, *encoding, message->data});
-    }
-    return reader.is_complete();
-  } catch (const mcap::McapError& error) {
-    throw config::FileError("{}", error.what());
-  }
 }
 
 /// The topics of a kind with their numbers of messages.
@@ -147,15 +139,24 @@ std::string lens_of(const std::string& images, const Topics& lenses) {
 }  // namespace
 
 bool read_messages(const fs::path& file, const std::function<void(const TopicMessage&)>& use) {
-  std::array<char, 8> begin{};
-  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
-  const std::string_view magic(begin.data(), begin.size());
-  if (magic.starts_with("#ROSBAG")) return read_bag(file, use);
-  return read_mcap(file, use);
+  try {
+    mcap::Reader reader(file);
+    while (const auto message = reader.next()) {
+      const mcap::Channel& channel = reader.channels().at(message->channel);
+      const auto encoding = encoding_named(channel.message_encoding);
+      if (!encoding || !channel.schema) continue;
+      use({channel.topic, reader.schemas().at(*channel.schema).name, *encoding, message->data});
+    }
+    return reader.is_complete();
+  } catch (const mcap::McapError& error) {
+    throw config::FileError("{}", error.what());
+  }
 }
 
 Unpacked unpack(const fs::path& recording, const TopicNames& names, const fs::path& folder) {
-  const FoundTopics found = topics_of(recording);
+  const fs::path file = is_bag(recording) ? folder / "bag.mcap" : recording;
+  if (file != recording) bag_to_mcap(recording, file);
+  const FoundTopics found = topics_of(file);
   // Two image topics whose names do not tell which is which are taken in the order of their names.
   const auto named = [&](const char* view) {
     return std::ranges::count_if(found.images,
@@ -189,7 +190,7 @@ Unpacked unpack(const fs::path& recording, const TopicNames& names, const fs::pa
     lenses[topic] = folder / "lower_camera_info.yaml";
   if (const auto topic = lens_of(upper, found.lenses); !topic.empty())
     lenses[topic] = folder / "upper_camera_info.yaml";
-  const bool is_complete = read_messages(recording, [&](const TopicMessage& message) {
+  const bool is_complete = read_messages(file, [&](const TopicMessage& message) {
     const std::string topic(message.topic);
     const bool is_wanted = topic == lower || topic == upper || topic == odometry || lenses.contains(topic);
     if (!is_wanted) return;

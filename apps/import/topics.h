@@ -21,10 +21,9 @@ struct TopicMessage {
   std::span<const std::byte> bytes;
 };
 
-/// Calls `use` for the messages of an MCAP file or of a bag of ROS 1, in the order of the file. Those of other
-/// encodings than protobuf, cdr and ros1 are left out. @returns whether the file is complete; false: it was cut off
-/// @throws config::FileError for a file of another kind, one that is damaged, and for a bag where the program was built
-/// without rosbag-storage
+/// Calls `use` for the messages of an MCAP file, in the order of the file. Those of other encodings than protobuf, cdr
+/// and ros1 are left out. @returns whether the file is complete; false: it was cut off
+/// @throws config::FileError for a file of another kind, and for one that is damaged
 bool read_messages(const std::filesystem::path& file, const std::function<void(const TopicMessage&)>& use);
 
 /// The topics to import. Empty names are chosen: see unpack().
@@ -40,14 +39,14 @@ struct Unpacked {
   std::vector<std::string> events;     ///< one sentence each
 };
 
-/// Writes the images and the odometry of a recording as files that import_run() reads, and the lenses of its cameras as
-/// VIEW_camera_info.yaml.
+/// Writes the images and the odometry of a recording, an MCAP file or a bag of ROS 1, as files that import_run() reads,
+/// and the lenses of its cameras as VIEW_camera_info.yaml.
 ///
 /// The times are those of the messages' headers. Where a topic is not named, the only image topic whose name has
 /// `lower` or `upper` in it is that view's, or the first and the second of exactly two image topics by their names; and
 /// the only topic of poses is the odometry.
 /// @throws config::FileError naming the topics where the choice is not clear; for a message that cannot be read; for
-/// pixels in an unknown encoding. runlog::DiskError
+/// pixels in an unknown encoding; as bag_to_mcap(). runlog::DiskError
 Unpacked unpack(const std::filesystem::path& recording, const TopicNames& names, const std::filesystem::path& folder);
 
 }  // namespace twocone::importer

@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "apps/config/yaml/text_file.h"
+#include "apps/import/bag.h"
 #include "apps/import/messages.h"
 #include "apps/import/topics.h"
 #include "apps/mcap/mcap.h"
@@ -212,7 +213,9 @@ int main(int argc, char** argv) {
   for (long i = 0; i < times && status == 0; ++i) {
     std::ofstream(file, std::ios::binary) << damage.of(samples[random() % samples.size()]);
     try {
-      importer::read_messages(file, [&](const importer::TopicMessage& message) {
+      const fs::path readable = argc == 4 ? fs::path(file.string() + "_converted") : file;
+      if (argc == 4) importer::bag_to_mcap(file, readable);
+      importer::read_messages(readable, [&](const importer::TopicMessage& message) {
         ++messages;
         if (importer::kind_of(message.type) == importer::MessageKind::kNone) return;
         try {
@@ -231,6 +234,7 @@ int main(int argc, char** argv) {
   }
   fs::remove(file);
   fs::remove(folder / (file.filename().string() + "_opened"));
+  fs::remove(file.string() + "_converted");
   std::printf("%ld files: %ld refused; %ld messages, %ld decoded\n", times, refused, messages, decoded);
   return status;
 }
