@@ -3,9 +3,7 @@
 
 #include <sys/wait.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <string>
 #include <system_error>
 

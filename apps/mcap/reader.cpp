@@ -96,8 +96,9 @@ void Reader::open_chunk(Bytes content) {
       if (status == 0 || out.pos == 0) break;
     }
   } else {
-    fail(fmt::format("chunks are compressed by '{}', must be zstd or not at all: `mcap compress` writes them anew",
-                     compression));
+    fail(fmt::format(
+        "chunks are compressed by '{}', must be zstd or not at all: `mcap compress` makes such a file of it",
+        compression));
   }
   if (chunk_.size() != size) fail(fmt::format("a chunk has {} bytes, and states {}", chunk_.size(), size));
   const auto found = ::crc32_z(0, reinterpret_cast<const Bytef*>(chunk_.data()), chunk_.size());

@@ -16,6 +16,7 @@
 #include "apps/config/to_layers.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/recording/foxglove.pb.h"
+#include "apps/runlog/summary/summary.h"
 #include "apps/telemetry/telemetry.h"
 
 namespace twocone::recording {
@@ -75,8 +76,7 @@ struct PlaneCovariance {
 void add_ellipse(foxglove::SceneEntity& entity, double x_m, double y_m, const PlaneCovariance& covariance) {
   const Eigen::Matrix2d matrix{{covariance.xx_m2, covariance.xy_m2}, {covariance.xy_m2, covariance.yy_m2}};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(matrix);
-  constexpr double kChiSquared = 5.991;  // its 95 % quantile, with two degrees of freedom
-  const Eigen::Vector2d radii_m = (kChiSquared * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
+  const Eigen::Vector2d radii_m = (runlog::k95Ellipse * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
   foxglove::LinePrimitive& line = *entity.add_lines();
   line.set_type(foxglove::LinePrimitive::LINE_LOOP);
   line.set_thickness(2);

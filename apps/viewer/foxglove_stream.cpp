@@ -10,6 +10,8 @@
 #include <boost/archive/iterators/transform_width.hpp>
 #include <nlohmann/json.hpp>
 
+#include "apps/viewer/serving.h"
+
 namespace twocone::viewer {
 namespace {
 
@@ -115,13 +117,12 @@ void FoxgloveStream::make(const Frame& frame) {
   for (const auto& [side, image] :
        {std::pair{vision::Side::kLower, &frame.lower}, {vision::Side::kUpper, &frame.upper}}) {
     if (!is_wanted(fmt::format("/{}/image", to_string(side)))) continue;
-    constexpr int kQuality = 80;
-    const Result<Image> jpeg = image->format == PixelFormat::kMjpeg ? *image : to_mjpeg(*image, kQuality);
+    std::optional<std::string> jpeg = jpeg_of(*image);
     const double t_s = side == vision::Side::kLower ? frame.record.frame.lower_t_s : frame.record.frame.upper_t_s;
-    if (jpeg) run_messages_.image(side, t_s, "jpeg", std::string(jpeg->bytes.begin(), jpeg->bytes.end()));
+    if (jpeg) run_messages_.image(side, t_s, "jpeg", *std::move(jpeg));
   }
   for (const std::string& event : frame.events) run_messages_.event(frame.record.frame.t_s, event);
-  run_messages_.frame(frame.record, true, frame.line);
+  run_messages_.frame(frame.record, true, frame.line());
 }
 
 std::vector<web::Message> FoxgloveStream::messages(web::Client client, const Frame& frame) {

@@ -2,9 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
-#include <memory>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,12 +36,13 @@ class FoxgloveStream {
 
   /// Takes what the whole run has, which is sent once to each subscription. @param run_line of docs/telemetry.md
   void begin(const std::string& run_line);
+  [[nodiscard]] bool has_begun() const { return !first_.empty(); }
 
   /// A frame that is to be sent.
   struct Frame {
     const runlog::FrameRecord& record;
     const Image &lower, &upper;
-    const std::string& line;                 ///< of docs/telemetry.md
+    std::function<std::string()> line;       ///< of docs/telemetry.md; made if a program has subscribed to anything
     const std::vector<std::string>& events;  ///< since the frame before
   };
   /// Returns what a program has subscribed to of a frame.

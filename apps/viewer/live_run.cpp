@@ -75,12 +75,11 @@ void LiveRun::show(const runs::FinishedFrame& frame, const runs::LiveFigures& fi
     return messages;
   };
   const auto make_for = [this, shown](web::Client client) {
-    if (!foxglove_has_begun_) {
+    if (!foxglove_.has_begun()) {
       const std::lock_guard lock(mutex_);
       foxglove_.begin(run_line_);
-      foxglove_has_begun_ = true;
     }
-    const std::string line = text_of(lines_.frame(shown->record));
+    const auto line = [&] { return text_of(lines_.frame(shown->record)); };
     return foxglove_.messages(client, {shown->record, *shown->lower, *shown->upper, line, shown->events});
   };
   server_->offer(make, make_for);

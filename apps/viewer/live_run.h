@@ -71,7 +71,6 @@ class LiveRun final : private web::Site {
   // Members of the server's thread.
   std::vector<web::Client> clients_;
   FoxgloveStream foxglove_;
-  bool foxglove_has_begun_ = false;
   std::optional<web::Client> driver_;
   std::chrono::steady_clock::time_point driven_at_{};
   std::string sent_status_;

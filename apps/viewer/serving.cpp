@@ -27,17 +27,22 @@ std::string text_of(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-std::optional<web::Message> image_message(std::uint64_t number, int view, const Image& image) {
+std::optional<std::string> jpeg_of(const Image& image) {
   constexpr int kQuality = 80;
-  constexpr char kJpeg = 0;
   const Result<Image> jpeg = image.format == PixelFormat::kMjpeg ? image : to_mjpeg(image, kQuality);
+  if (!jpeg) return std::nullopt;
+  return std::string(jpeg->bytes.begin(), jpeg->bytes.end());
+}
+
+std::optional<web::Message> image_message(std::uint64_t number, int view, const Image& image) {
+  constexpr char kJpeg = 0;
+  const std::optional<std::string> jpeg = jpeg_of(image);
   if (!jpeg) return std::nullopt;
   std::string bytes;
   for (unsigned shift = 0; shift < 64; shift += 8) bytes += char(number >> shift & 0xFFU);
   bytes += char(view);
   bytes += kJpeg;
-  bytes.append(jpeg->bytes.begin(), jpeg->bytes.end());
-  return web::Message{std::move(bytes), true};
+  return web::Message{bytes + *jpeg, true};
 }
 
 }  // namespace twocone::viewer

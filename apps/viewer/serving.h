@@ -32,6 +32,9 @@ Result<std::string> serve(std::string_view page, std::string_view title, std::st
 /// Returns an object as a line of the stream.
 std::string text_of(const nlohmann::ordered_json& json);
 
+/// Returns the JPEG file of an image, as all streams send it, or nothing if it cannot be compressed.
+std::optional<std::string> jpeg_of(const Image& image);
+
 /// Returns an image as a message of the stream (docs/telemetry.md), or nothing if it cannot be compressed.
 /// @param number,view as they stand in the message
 std::optional<web::Message> image_message(std::uint64_t number, int view, const Image& image);
