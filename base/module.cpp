@@ -15,19 +15,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// In a build tree, programs are two folders below the top.
-constexpr int kAbove = 3;
+/// Folders above a file in which lib/twocone may be: PREFIX of PREFIX/lib/python3/dist-packages/twocone/_native.so.
+constexpr int kAbove = 5;
+
+void add_above(const fs::path& file, std::vector<fs::path>& folders) {
+  fs::path folder = file.parent_path();
+  for (int above = 0; above < kAbove && folder.has_relative_path(); ++above, folder = folder.parent_path()) {
+    folders.push_back(folder / "lib" / "twocone");
+  }
+}
 
 std::vector<fs::path> places() {
   std::vector<fs::path> folders;
   if (const char* folder = std::getenv("TWOCONE_MODULES")) folders.emplace_back(folder);
   std::error_code none;
-  const fs::path program = fs::read_symlink("/proc/self/exe", none);
-  fs::path folder = program.parent_path();
-  for (int above = 0; above < kAbove && !folder.empty(); ++above, folder = folder.parent_path()) {
-    folders.push_back(folder / "lib" / "twocone");
+  add_above(fs::read_symlink("/proc/self/exe", none), folders);
+  Dl_info here{};
+  if (::dladdr(reinterpret_cast<const void*>(&find_module), &here) != 0) {
+    add_above(fs::canonical(here.dli_fname, none), folders);
   }
-  folders.emplace_back(TWOCONE_MODULES_INSTALLED);
   return folders;
 }
 

@@ -6,7 +6,8 @@
 namespace twocone::base {
 
 /// Returns the path of a module of this program: a shared library or a program with what few robots need. It is looked
-/// for in the folder TWOCONE_MODULES (environment), beside the program, and where the program was installed.
+/// for in the folder TWOCONE_MODULES (environment), and in lib/twocone of the folders above the program and above the
+/// shared library that holds this function, because a program of another prefix may load the library.
 /// @param file its name; it holds the version, so that two installed versions do not use each other's module
 /// @throws base::FormattedError
 std::filesystem::path find_module(const char* file);

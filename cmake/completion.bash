@@ -12,13 +12,14 @@ _twocone() {
   fi
   help=$("$program" "${COMP_WORDS[1]}" --help 2>/dev/null) || return
   if [[ $word == -* ]]; then
-    words=$(grep -o -- '^  [-a-z,]*--[a-z][-a-z]*' <<<"$help" | grep -o -- '--[a-z][-a-z]*')
+    words=$(grep -o -- '^  [-a-z,]*--[a-z][-a-z0-9]*' <<<"$help" | grep -o -- '--[a-z][-a-z0-9]*')
     mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
     return
   fi
   # An option of few words lists them in braces: --renderer TEXT:{auto,native,povray}.
-  words=$(sed -n "s/^  [-a-z,]*$before .*{\([^}]*\)}.*/\1/p" <<<"$help" | tr ',' ' ')
-  if [[ $before == --* && -n $words ]]; then
+  words=
+  if [[ $before =~ ^--[a-z][-a-z0-9]*$ ]]; then words=$(sed -n "s/^  [-a-z,]*$before .*{\([^}]*\)}.*/\1/p" <<<"$help" | tr ',' ' '); fi
+  if [[ -n $words ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
   else
     compopt -o filenames

@@ -18,7 +18,7 @@ SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
 name=twocone-$version
 mkdir -p "$out"
-rm -f "$out"/*.deb "$out"/*.tar.gz
+rm -f "$out"/twocone-*.tar.gz "$out"/{twocone,twocone-rosbag,libtwocone*,python3-twocone}_*.deb
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 git archive --format=tar --prefix="$name/" HEAD | gzip -9n >"$out/$name.tar.gz"
@@ -30,4 +30,4 @@ cmake --preset release -S "$work/$name" -B "$build" -D TWOCONE_BUILD_TESTS=OFF -
 cmake --build "$build"
 (cd "$build" && umask 022 && cpack)
 mv "$build"/*.deb "$out"
-(cd "$out" && sha256sum -- *.tar.gz *.deb | tee SHA256SUMS)
+(cd "$out" && sha256sum -- twocone-*.tar.gz {twocone,libtwocone,python3-twocone}*.deb | tee SHA256SUMS)

@@ -63,7 +63,9 @@ endif()
 set(interface_version ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 twocone_deb(runtime libtwocone${interface_version} SECTION libs
   SUMMARY "robot that sees all around with two cone mirrors, shared libraries"
-  DESCRIPTION "This package has the shared libraries of the C++ interface."
+  DESCRIPTION "This package has the shared libraries of the C++ interface. A robot with
+libcamera's cameras also needs the package twocone."
+  RECOMMENDS "twocone ${same}"
   SCRIPTS ${scripts}/libtwocone/triggers)
 twocone_deb(development libtwocone-dev SECTION libdevel
   SUMMARY "robot that sees all around with two cone mirrors, C++ interface"

@@ -69,6 +69,7 @@ struct Files {
   std::filesystem::path robot, map, scene, profile, page, data;
 };
 /// Returns FOLDER/NAME.yaml, NAME.map.yaml, NAME.pov, NAME.dxf, index.html and design.json.
+/// @throws base::InvalidArgument if the name has other characters than letters, digits, _ and -
 Files files_in(const std::filesystem::path& folder, const std::string& name);
 
 /// Writes the simulated robot, which runs as it is, its map and its scene, and the profile of the mirror for a lathe

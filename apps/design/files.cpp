@@ -172,6 +172,10 @@ std::string room_text(const std::filesystem::path& scene) {
 }  // namespace
 
 Files files_in(const std::filesystem::path& folder, const std::string& name) {
+  constexpr std::string_view kGood = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  if (name.empty() || name.find_first_not_of(kGood) != std::string::npos) {
+    throw base::InvalidArgument("name is '{}', must be letters, digits, _ and -", name);
+  }
   return {folder / (name + ".yaml"), folder / (name + ".map.yaml"), folder / (name + ".pov"),
           folder / (name + ".dxf"),  folder / "index.html",         folder / "design.json"};
 }

@@ -106,7 +106,7 @@ class Reader {
   /// Those that were read so far, by their identifiers; those of a message's channel always were.
   [[nodiscard]] const std::map<std::uint16_t, Schema>& schemas() const { return schemas_; }
   [[nodiscard]] const std::map<std::uint16_t, Channel>& channels() const { return channels_; }
-  /// Returns whether the file ended with its footer; false: it was cut off. Known at the end.
+  /// Returns whether all data are there; false: the file was cut off. Known at the end.
   [[nodiscard]] bool is_complete() const { return is_complete_; }
 
  private:

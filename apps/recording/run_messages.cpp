@@ -218,8 +218,10 @@ void RunMessages::frame(const runlog::FrameRecord& record, bool has_odometry, co
   }
   if (has_odometry) add_pose("/odometry", t_s, record.odometry);
   if (record.truth) add_pose("/truth", t_s, *record.truth);
+  const bool is_one = record.answer.fixes.size() == 1;  // an ambiguous frame has two
   for (const runlog::FixRow& fix : record.answer.fixes) {
-    if (fix.x_m && fix.heading_rad) add_pose("/fix", t_s, {t_s, *fix.x_m, *fix.y_m, *fix.heading_rad});
+    const bool is_answer = is_one && fix.x_m && fix.heading_rad && !runlog::is_out_of_bounds(fix);
+    if (is_answer) add_pose("/fix", t_s, {t_s, *fix.x_m, *fix.y_m, *fix.heading_rad});
     if (fix.verdict != "ok") event(t_s, fmt::format("fix: {}", fix.verdict), true);
   }
   if (record.answer.track) add_track(t_s, *record.answer.track);

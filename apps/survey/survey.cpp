@@ -185,11 +185,12 @@ Result<std::vector<vision::MeasuredDistance>> distances_of(const std::vector<Tap
         std::vector<std::string> names;
         names.reserve(landmarks.size());
         for (const Landmark& landmark : landmarks) names.push_back(landmark.name);
-        return Error(ErrorCode::kBadData, "--distance names '{}', which the survey did not find; it found {}", *name,
+        return Error(ErrorCode::kBadData, "a distance names '{}', which the survey did not find; it found {}", *name,
                      fmt::join(names, ", "));
       }
       ends[end] = std::size_t(found - landmarks.begin());
     }
+    if (ends[0] == ends[1]) return Error(ErrorCode::kBadData, "a distance is from '{}' to itself", tape.from);
     distances.push_back({ends[0], ends[1], tape.distance_m, tape.sigma_m});
   }
   return distances;

@@ -88,14 +88,7 @@ void add_design(CLI::App& program) {
                                              "show what a robot's pair can do: what both "
                                              "mirrors see where, how accurately, and in which places of a room");
   command->add_option("--out", options->folder, "Folder for the files and the page")->required()->type_name("DIR");
-  command->add_option("--name", options->name, "Name of the designed robot")
-      ->capture_default_str()
-      ->check([](const std::string& name) {
-        const bool is_good = !name.empty() && name.find_first_not_of(
-                                                  "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") ==
-                                                  std::string::npos;
-        return is_good ? std::string() : fmt::format("'{}' is no name, must be letters, digits, _ and -", name);
-      });
+  command->add_option("--name", options->name, "Name of the designed robot")->capture_default_str();
   add_checked(command, "--camera-deg", options->camera_deg,
               "The cameras' field of view along the image's shorter side, degrees", number_within(5, 150))
       ->group("Requirements");

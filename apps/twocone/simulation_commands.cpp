@@ -235,7 +235,7 @@ void add_serve(CLI::App& program) {
   command
       ->add_option("--v4l2-loopback", options->loopback,
                    "CAMERA=DEVICE: write what a robot's camera sees into a device of the kernel module v4l2loopback,\n"
-                   "such as lower=/dev/video10, or robot.2.lower=... of the robot named 2; can be repeated")
+                   "such as lower=/dev/video10, or robot.2.lower=... where there are several robots; can be repeated")
       ->type_name("CAMERA=DEVICE");
   command->callback([options] { serve_with(*options); });
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -101,8 +102,13 @@ std::string FoxgloveStream::received(web::Client client, std::string_view text) 
 }
 
 void FoxgloveStream::begin(const std::string& run_line) {
-  sink_ = &first_;
+  sink_ = &whole_run_;
   run_messages_.begin(run_line);
+}
+
+void FoxgloveStream::event(double t_s, const std::string& text) {
+  sink_ = &whole_run_;
+  run_messages_.event(t_s, text);
 }
 
 void FoxgloveStream::make(const Frame& frame) {
@@ -121,7 +127,6 @@ void FoxgloveStream::make(const Frame& frame) {
     const double t_s = side == vision::Side::kLower ? frame.record.frame.lower_t_s : frame.record.frame.upper_t_s;
     if (jpeg) run_messages_.image(side, t_s, "jpeg", *std::move(jpeg));
   }
-  for (const std::string& event : frame.events) run_messages_.event(frame.record.frame.t_s, event);
   run_messages_.frame(frame.record, true, frame.line());
 }
 
@@ -131,12 +136,13 @@ std::vector<web::Message> FoxgloveStream::messages(web::Client client, const Fra
   if (found == subscriptions_.end() || found->second.empty()) return result;
   if (newest_number_ != frame.record.frame.frame) make(frame);
   for (auto& [channel, subscription] : found->second) {
-    const auto add = [&, &topic = topics_[channel].name, id = subscription.id](const std::vector<Sent>& from) {
+    const auto add = [&, &topic = topics_[channel].name, id = subscription.id](std::span<const Sent> from) {
       for (const Sent& sent : from) {
         if (sent.topic == topic) result.push_back(data_message(id, sent.time_ns, sent.bytes));
       }
     };
-    if (!std::exchange(subscription.has_begun, true)) add(first_);
+    add(std::span(whole_run_).subspan(subscription.sent));
+    subscription.sent = whole_run_.size();
     add(newest_);
   }
   return result;

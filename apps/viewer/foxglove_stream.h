@@ -36,14 +36,15 @@ class FoxgloveStream {
 
   /// Takes what the whole run has, which is sent once to each subscription. @param run_line of docs/telemetry.md
   void begin(const std::string& run_line);
-  [[nodiscard]] bool has_begun() const { return !first_.empty(); }
+  [[nodiscard]] bool has_begun() const { return !whole_run_.empty(); }
+  /// Takes an event of the run, which each subscription receives before its next frame.
+  void event(double t_s, const std::string& text);
 
   /// A frame that is to be sent.
   struct Frame {
     const runlog::FrameRecord& record;
     const Image &lower, &upper;
-    std::function<std::string()> line;       ///< of docs/telemetry.md; made if a program has subscribed to anything
-    const std::vector<std::string>& events;  ///< since the frame before
+    std::function<std::string()> line;  ///< of docs/telemetry.md; made if a program has subscribed to anything
   };
   /// Returns what a program has subscribed to of a frame.
   std::vector<web::Message> messages(web::Client client, const Frame& frame);
@@ -51,7 +52,7 @@ class FoxgloveStream {
  private:
   struct Subscription {
     std::uint32_t id;
-    bool has_begun = false;  ///< whether begin()'s messages were sent
+    std::size_t sent = 0;  ///< number of messages of whole_run_ that it has received
   };
   struct Sent {
     std::string topic;
@@ -64,7 +65,7 @@ class FoxgloveStream {
   std::map<web::Client, std::map<std::size_t, Subscription>> subscriptions_;  ///< by channel
   std::vector<Sent>* sink_ = nullptr;
   recording::RunMessages run_messages_;
-  std::vector<Sent> first_, newest_;  ///< of the whole run, and of the frame with the number below
+  std::vector<Sent> whole_run_, newest_;  ///< what every subscription receives, and the frame with the number below
   std::uint64_t newest_number_ = ~std::uint64_t{0};
 };
 

@@ -53,12 +53,11 @@ void LiveRun::show(const runs::FinishedFrame& frame, const runs::LiveFigures& fi
     runlog::FrameRecord record;
     std::shared_ptr<const Image> lower, upper;
     runs::LiveFigures figures;
-    std::vector<std::string> events;
   };
-  auto shown = std::make_shared<Shown>(Shown{frame.record, frame.lower, frame.upper, figures, {}});
+  const auto shown = std::make_shared<const Shown>(Shown{frame.record, frame.lower, frame.upper, figures});
   {
     const std::lock_guard lock(mutex_);
-    shown->events.swap(events_);
+    t_s_ = frame.record.frame.t_s;
   }
   const auto make = [this, shown] {
     send_status();  // a driver may have fallen silent
@@ -75,12 +74,13 @@ void LiveRun::show(const runs::FinishedFrame& frame, const runs::LiveFigures& fi
     return messages;
   };
   const auto make_for = [this, shown](web::Client client) {
-    if (!foxglove_.has_begun()) {
+    {
       const std::lock_guard lock(mutex_);
-      foxglove_.begin(run_line_);
+      if (!foxglove_.has_begun()) foxglove_.begin(run_line_);
+      for (const auto& [t_s, text] : std::exchange(events_, {})) foxglove_.event(t_s, text);
     }
     const auto line = [&] { return text_of(lines_.frame(shown->record)); };
-    return foxglove_.messages(client, {shown->record, *shown->lower, *shown->upper, line, shown->events});
+    return foxglove_.messages(client, {shown->record, *shown->lower, *shown->upper, line});
   };
   server_->offer(make, make_for);
 }
@@ -88,7 +88,7 @@ void LiveRun::show(const runs::FinishedFrame& frame, const runs::LiveFigures& fi
 void LiveRun::event(const std::string& text) {
   {
     const std::lock_guard lock(mutex_);
-    events_.push_back(text);
+    events_.emplace_back(t_s_, text);
   }
   server_->send(text_of({{"type", "event"}, {"frame", frames_.load()}, {"text", text}}));
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/config/map_file.h"
@@ -65,9 +66,10 @@ class LiveRun final : private web::Site {
   const telemetry::Lines lines_;
   runs::RemoteControl remote_;
   std::atomic<int> frames_{0};
-  std::mutex mutex_;                 // protects the next two
-  std::string run_line_;             // empty until the run has begun
-  std::vector<std::string> events_;  // since the last frame
+  std::mutex mutex_;                                    // protects the next three
+  std::string run_line_;                                // empty until the run has begun
+  double t_s_ = 0;                                      // of the newest frame
+  std::vector<std::pair<double, std::string>> events_;  // with their times; not yet given to foxglove_
   // Members of the server's thread.
   std::vector<web::Client> clients_;
   FoxgloveStream foxglove_;

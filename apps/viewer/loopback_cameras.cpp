@@ -45,7 +45,9 @@ void LoopbackCameras::ordered(const std::string& robot, const std::string& camer
                               const std::shared_future<ImageResult>& image) {
   const std::lock_guard lock(mutex_);
   for (const auto& output : outputs_) {
-    if (output->camera != camera && output->camera != fmt::format("{}.{}", robot, camera)) continue;
+    const std::string full_name = fmt::format("{}.{}", robot, camera);
+    if (output->camera == camera) output->camera = full_name;  // the first robot that has such a camera
+    if (output->camera != full_name) continue;
     output->waiting.push_back(image);
     if (output->waiting.size() > kMostWaiting) output->waiting.pop_front();
   }
@@ -70,11 +72,10 @@ void LoopbackCameras::write(Output& output) {
     const ImageResult& rendered = image.get();
     if (!rendered) continue;  // the robot that has ordered it reports why
     const Status written = output.device->write(**rendered);
-    std::string why = written ? "" : written.error().message;
-    if (why == reported) continue;
-    reported = std::move(why);
+    if (written || written.error().message == reported) continue;
+    reported = written.error().message;
     const std::lock_guard lock(mutex_);
-    if (!reported.empty()) report_(reported);
+    report_(reported);
   }
 }
 

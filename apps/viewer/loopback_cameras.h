@@ -22,7 +22,7 @@ namespace twocone::viewer {
 class LoopbackCameras {
  public:
   struct Wanted {
-    std::string camera;  ///< lower, or with its robot's name robot.2.lower
+    std::string camera;  ///< with its robot's name, robot.2.lower, or lower: that of the first robot that has one
     std::string device;  ///< /dev/video10
   };
   /// Errors: those of v4l2::open_loopback.

@@ -4,7 +4,7 @@
 
     docs/site/build.py [FOLDER]      default: build/site
 
-Links out of docs/ lead to copies of these files. A link that leads nowhere is an error.
+Links out of docs/ lead to copies of these files. A link to a file that does not exist is an error.
 """
 
 import os

@@ -121,11 +121,11 @@ std::string PyRobot::contact() {
 
 void PyRobot::close() noexcept {
   *is_closing_ = true;
-  if (::getpid() != process_) return;
   {
     const std::lock_guard lock(open_mutex);
     open_robots.erase(this);
   }
+  if (::getpid() != process_) return;
   const auto end = [this] {
     const std::lock_guard lock(mutex_);
     robot_.reset();

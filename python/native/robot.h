@@ -25,7 +25,6 @@ class OfThisProcess {
  public:
   explicit OfThisProcess(T value) : value_(std::make_unique<T>(std::move(value))) {}
   OfThisProcess(OfThisProcess&&) noexcept = default;
-  OfThisProcess& operator=(OfThisProcess&&) noexcept = default;
   ~OfThisProcess() {
     // A destructor would wait for threads of the parent, and command its devices.
     if (::getpid() != process_) static_cast<void>(value_.release());
@@ -46,12 +45,10 @@ class PyFrame {
   /// Waits for an image, and returns its pixels as a read-only array that keeps `self` alive.
   static pybind11::array image(const std::shared_ptr<PyFrame>& self, Side side);
   CapturedFrame& frame() { return frame_.get(); }
-  /// Serialises the waits for pixels, which keep what they have converted.
-  std::mutex& mutex() { return mutex_; }
 
  private:
   OfThisProcess<CapturedFrame> frame_;
-  std::mutex mutex_;
+  std::mutex mutex_;  // serialises the waits for pixels, which keep what they have converted
 };
 
 /// An opened robot.

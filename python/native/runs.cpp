@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -37,38 +38,40 @@ namespace fs = std::filesystem;
 
 // ---- tables
 
-/// Returns a column as an array: float64 with nan for empty fields, or str where a field is a text.
-py::object column_of(const std::vector<nlohmann::ordered_json>& rows, const std::string& name) {
-  std::vector<double> numbers;
+using Objects = std::vector<nlohmann::ordered_json>;
+
+py::object texts_of(const Objects& rows, const std::string& name) {
   py::list texts;
-  bool is_text = false;
-  numbers.reserve(rows.size());
   for (const auto& row : rows) {
     const auto found = row.find(name);
-    const bool has_text = found != row.end() && !found->is_number() && !found->is_boolean();
-    is_text = is_text || has_text;
-    if (found == row.end() || has_text) {
-      numbers.push_back(std::numeric_limits<double>::quiet_NaN());
-    } else {
-      numbers.push_back(found->is_boolean() ? double(found->get<bool>()) : found->get<double>());
-    }
-    texts.append(!has_text            ? py::str("")
-                 : found->is_string() ? py::str(found->get<std::string>())
-                                      : py::str(found->dump()));
+    texts.append(found == row.end() ? "" : found->is_string() ? found->get<std::string>() : found->dump());
   }
-  if (is_text) return py::module_::import("numpy").attr("array")(texts);
-  return py::array_t<double>(py::ssize_t(numbers.size()), numbers.data());
+  return py::module_::import("numpy").attr("array")(texts, py::arg("dtype") = "str");
+}
+
+/// Returns a column as an array, with nan for empty fields.
+py::array_t<double> numbers_of(const Objects& rows, const std::string& name) {
+  py::array_t<double> numbers{py::ssize_t(rows.size())};
+  auto to = numbers.mutable_unchecked<1>();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto found = rows[i].find(name);
+    to(py::ssize_t(i)) = found == rows[i].end() ? std::numeric_limits<double>::quiet_NaN()
+                         : found->is_boolean()  ? double(found->get<bool>())
+                                                : found->get<double>();
+  }
+  return numbers;
 }
 
 /// Returns a table as a dict of its columns.
 template <typename Row>
 py::dict table_of(const std::vector<Row>& rows) {
-  std::vector<nlohmann::ordered_json> objects;
+  const std::set<std::string> texts = runlog::text_columns<Row>();
+  Objects objects;
   objects.reserve(rows.size());
   for (const Row& row : rows) objects.push_back(runlog::to_object(row));
   py::dict table;
   for (const std::string& name : runlog::split_fields(runlog::TableReader<Row>::header())) {
-    table[py::str(name)] = column_of(objects, name);
+    table[py::str(name)] = texts.contains(name) ? texts_of(objects, name) : py::object(numbers_of(objects, name));
   }
   return table;
 }
@@ -174,6 +177,9 @@ void drive(const RunArguments& arguments) {
   options.frames = arguments.frames;
   options.behaviour = arguments.behaviour;
   options.method = arguments.method.empty() ? estimation::method_of(robot) : estimation::method_named(arguments.method);
+  if (!arguments.landmarks && options.method == estimation::Method::kPaper) {
+    throw py::value_error("landmarks=False needs method outline: method paper has no way to find landmarks");
+  }
   options.seed = arguments.seed;
   options.out = arguments.out;
   options.maps = !arguments.landmarks;

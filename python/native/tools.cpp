@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -54,6 +55,12 @@ void refuse_overwriting(const Paths& files) {
   }
 }
 
+struct Stopped {};
+/// Ends work that is to end: interruptibly() then raises what has stopped it. @throws Stopped
+void end_if(const std::atomic<bool>& stop) {
+  if (stop) throw Stopped();
+}
+
 std::vector<runlog::RunData> read_runs(const Paths& folders) {
   if (folders.empty()) throw py::value_error("runs is empty, must name at least one run folder");
   std::vector<runlog::RunData> runs;
@@ -69,7 +76,7 @@ std::string calibrate_robot(const Paths& folders, const fs::path& out, const fs:
                             const Priors& priors, bool fits_distortion, const fs::path& figures, bool force) {
   const calibrate::Files files = calibrate::files_of(out, {}, figures);
   if (!force) refuse_overwriting(files.all());
-  return interruptibly([&](const std::atomic<bool>& /*stop*/) {
+  return interruptibly([&](const std::atomic<bool>& stop) {
     const auto runs = read_runs(folders);
     const config::Robot robot = calibrate::robot_to_calibrate(runs.front(), robot_file);
     calibrate::Settings settings;
@@ -77,7 +84,9 @@ std::string calibrate_robot(const Paths& folders, const fs::path& out, const fs:
     settings.fit_distortion = fits_distortion;
     settings.priors = calibrate::priors_of(robot);
     set_priors(priors, settings.priors);
+    settings.progress = [&stop](double /*done*/) { end_if(stop); };
     const auto report = value_or_raise(calibrate::calibrate(runs, robot, settings));
+    end_if(stop);
     calibrate::write_files(report, robot, files);
     return calibrate::to_json(report);
   });
@@ -89,7 +98,7 @@ std::string survey_room(const Paths& folders, const fs::path& out, const fs::pat
                         double distance_sigma_m, bool refines, int frames, bool force) {
   const survey::Files files = survey::files_of(out, calibrated);
   if (!force) refuse_overwriting(files.all());
-  return interruptibly([&](const std::atomic<bool>& /*stop*/) {
+  return interruptibly([&](const std::atomic<bool>& stop) {
     const auto runs = read_runs(folders);
     const config::Robot robot = robot_file.empty() ? runs.front().robot : config::read_robot(robot_file);
     const config::Map map = config::read_map(robot.map);
@@ -100,8 +109,13 @@ std::string survey_room(const Paths& folders, const fs::path& out, const fs::pat
     for (const auto& [from, to, distance_m] : distances) {
       settings.distances.push_back({from, to, distance_m, distance_sigma_m});
     }
+    if (refines && map.landmarks.empty()) {
+      throw config::FileError("{} has no landmarks, so that there is nothing to refine", robot.map.string());
+    }
     if (refines) settings.measured = map.landmarks;
+    settings.progress = [&stop](double /*done*/) { end_if(stop); };
     const auto report = value_or_raise(survey::survey(runs, robot, settings));
+    end_if(stop);
     survey::write_files(report, robot, map, files);
     return survey::to_json(report);
   });
@@ -125,7 +139,9 @@ std::string design_rig(const fs::path& folder, const std::string& name,
     if (const auto found = numbers.find(key); found != numbers.end()) {
       *found->second = value;
     } else if (key == "width_px" || key == "height_px") {
-      (key == "width_px" ? wanted.width_px : wanted.height_px) = int(std::lround(value));
+      if (std::trunc(value) != value || std::abs(value) > 1e6)
+        throw py::value_error(fmt::format("{} is {}, must be a whole number", key, value));
+      (key == "width_px" ? wanted.width_px : wanted.height_px) = int(value);
     } else if (key == "floor_from_m") {
       wanted.floor_from_m = value;
     } else {
@@ -134,10 +150,11 @@ std::string design_rig(const fs::path& folder, const std::string& name,
   }
   const design::Files files = design::files_in(folder, name);
   if (!force) refuse_overwriting({files.page, files.data, files.robot, files.map, files.scene, files.profile});
-  return interruptibly([&](const std::atomic<bool>& /*stop*/) {
+  return interruptibly([&](const std::atomic<bool>& stop) {
     std::optional<config::Map> map;
     if (!map_file.empty()) map = config::read_map(map_file);
     const design::Design made = design::design(wanted);
+    end_if(stop);
     design::write_robot(made, map, files);
     design::Result result;
     result.robot = config::read_robot(files.robot);

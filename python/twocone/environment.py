@@ -30,7 +30,7 @@ class Box:
         return value.shape == self.shape and bool(np.all(value >= self.low) and np.all(value <= self.high))
 
     def sample(self, generator: np.random.Generator | None = None) -> np.ndarray:
-        """Returns an array of this space; without bounds, a normal one."""
+        """Returns uniformly distributed numbers of this space; from -1 to 1 where it has no bounds."""
         generator = generator or np.random.default_rng()
         low, high = np.where(np.isfinite(self.low), self.low, -1), np.where(np.isfinite(self.high), self.high, 1)
         return generator.uniform(low, high).astype(self.dtype)

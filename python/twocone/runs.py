@@ -10,7 +10,7 @@ import numpy as np
 from twocone import _arguments, _native
 from twocone.errors import FileError
 
-#: A table: its columns by name. Numbers are float64 with nan for empty fields; pandas.DataFrame(table) takes it as it is.
+#: A table: its columns by name. Numbers are float64 with nan for empty fields, texts are str. pandas.DataFrame(table) takes it.
 Table = dict[str, np.ndarray]
 
 
@@ -79,8 +79,6 @@ def run(robot, *, out, behaviour="wander", frames: int = 450, method: str = "", 
         behaviour = "controller"
     else:
         _arguments.one_of("behaviour", behaviour, ("wander", "waypoints", "explore", "still"))
-    if not landmarks and method == "paper":
-        raise ValueError("landmarks=False needs method outline: method paper has no way to find landmarks")
     _native.run(robot, out, words, behaviour, controller, frames, method, seed, renderer, landmarks, real_time, truth,
                 telemetry, progress, force)
     return read_run(out)
@@ -102,10 +100,10 @@ def shipped(name: str) -> Path:
 
     :raises twocone.FileError: if there is none
     """
-    here = Path(__file__).resolve()
+    above = Path(__file__).resolve().parents
     # PREFIX/lib/python3/dist-packages/twocone/runs.py, or python/twocone/runs.py of the source.
-    folders = (Path(), here.parents[4] / "share/twocone", here.parents[2])
+    folders = [Path(), *(folder / "share/twocone" for folder in above[4:5]), above[2]]
     for folder in folders:
         if (folder / name).is_file():
             return folder / name
-    raise FileError(f"{name}: is neither in the present folder nor in {folders[1]}")
+    raise FileError(f"{name}: is in none of {', '.join(str(folder.absolute()) for folder in folders)}")

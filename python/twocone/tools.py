@@ -197,7 +197,7 @@ def scan(run, *, every: int = 1, clouds: bool = False, plan: bool = False) -> di
 
 def tradeoff(robot, *, out, seed: int = 1, episodes: int = 28, fine: bool = False) -> Sweep:
     """Measures what accuracy costs in time. A sweep that ``out`` holds in part is continued."""
-    episodes = _arguments.whole("episodes", episodes, 2, 1_000_000)
+    episodes = _arguments.whole("episodes", episodes, 3, 1_000_000)
     content = json.loads(_native.tradeoff(robot, out, _arguments.seed(seed), episodes, fine))
     return Sweep(Path(out), content["settings"], content)
 

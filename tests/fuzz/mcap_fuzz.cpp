@@ -3,22 +3,36 @@
 // changed, cut, doubled or swapped, and whose numbers are extreme; compressed and not. The exit status is 1 if anything
 // else than config::FileError or BadMessage is thrown. A crash or a report of a sanitizer ends the program earlier.
 //   mcap_fuzz TIMES SEED [BAG]      with a small bag of ROS 1: damaged copies of it instead
+// The library that reads bags may crash, as in twocone_rosbag, the program that calls it for twocone. Here a child
+// process calls it, for a hundred files, because a process for each takes ten times as long.
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <deque>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <new>
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#ifdef TWOCONE_HAVE_ROSBAG
+#include <rosbag/bag.h>
+#endif
+
 #include "apps/config/yaml/text_file.h"
-#include "apps/import/bag.h"
+#include "apps/import/bag_messages.h"
 #include "apps/import/messages.h"
 #include "apps/import/topics.h"
 #include "apps/mcap/mcap.h"
@@ -191,50 +205,132 @@ class Damage {
   std::mt19937_64& random_;
 };
 
+struct Counts {
+  long files = 0, refused = 0, messages = 0, decoded = 0;
+  bool has_failed = false;
+};
+
+/// Damages and reads files until there are as many as asked for, or one fails.
+class Fuzz {
+ public:
+  Fuzz(std::vector<std::string> samples, long times, std::uint64_t seed)
+      : samples_(std::move(samples)), times_(times), seed_(seed) {}
+
+  /// @param most how many files at most
+  /// @param to_mcap (damaged file): returns the MCAP file to read. @throws config::FileError
+  template <typename ToMcap>
+  void run(Counts& counts, long most, const fs::path& file, const ToMcap& to_mcap) const {
+    for (; most > 0 && !has_ended(counts); --most) {
+      std::mt19937_64 random(seed_ + std::uint64_t(counts.files));
+      ++counts.files;  // before the file is read: it is not read again if it ends the process
+      std::ofstream(file, std::ios::binary) << Damage(random).of(samples_[random() % samples_.size()]);
+      try {
+        read(to_mcap(file), counts);
+      } catch (const config::FileError&) {
+        ++counts.refused;
+      } catch (const std::exception& error) {
+        std::fprintf(stderr, "file %ld: %s\n", counts.files, error.what());
+        counts.has_failed = true;
+      }
+    }
+  }
+
+  [[nodiscard]] bool has_ended(const Counts& counts) const { return counts.files >= times_ || counts.has_failed; }
+
+ private:
+  static void read(const fs::path& file, Counts& counts) {
+    importer::read_messages(file, [&](const importer::TopicMessage& message) {
+      ++counts.messages;
+      if (importer::kind_of(message.type) == importer::MessageKind::kNone) return;
+      try {
+        static_cast<void>(importer::decode(message.type, message.encoding, message.bytes));
+        ++counts.decoded;
+      } catch (const importer::BadMessage&) {
+        return;
+      }
+    });
+  }
+
+  std::vector<std::string> samples_;
+  long times_;
+  std::uint64_t seed_;
+};
+
+Counts with_files(const fs::path& file, long times, std::uint64_t seed) {
+  std::vector<std::string> samples;
+  std::mt19937_64 random(seed);
+  const fs::path other = file.string() + "_opened";
+  for (int i = 0; i < 4; ++i) {
+    write_sample(file, random);
+    samples.push_back(content_of(file));
+    samples.push_back(opened(file, other));
+  }
+  fs::remove(other);
+  Counts counts;
+  Fuzz(samples, times, seed).run(counts, times, file, [](const fs::path& damaged) { return damaged; });
+  return counts;
+}
+
+#ifdef TWOCONE_HAVE_ROSBAG
+Counts with_bags(const fs::path& sample, const fs::path& file, long times, std::uint64_t seed) {
+  constexpr unsigned kPatience_s = 60;
+  const Fuzz fuzz({content_of(sample)}, times, seed);
+  auto& counts =
+      *new (::mmap(nullptr, sizeof(Counts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) Counts;
+  const fs::path converted = file.string() + "_converted";
+  // Each child has its own copies. They are made once, because each looks for plug-ins in all of /usr/share.
+  std::deque<rosbag::Bag> bags(100);
+  std::size_t next = 0;
+  const auto to_mcap = [&](const fs::path& damaged) {
+    ::alarm(kPatience_s);
+    try {
+      rosbag::Bag& bag = bags[next++];
+      bag.open(damaged.string(), rosbag::bagmode::Read);
+      importer::write_messages(bag, converted);
+    } catch (const std::exception& error) {
+      throw config::FileError("{}: {}", damaged.string(), error.what());
+    }
+    return converted;
+  };
+  long crashes = 0, hangs = 0;
+  while (!fuzz.has_ended(counts)) {
+    const pid_t child = ::fork();
+    if (child < 0) return std::perror("fork"), counts.has_failed = true, counts;
+    if (child == 0) {
+      ::dup2(::open("/dev/null", O_WRONLY), STDERR_FILENO);  // a sanitizer's reports of the library's crashes
+      fuzz.run(counts, long(bags.size()), file, to_mcap);
+      ::_exit(0);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    crashes += status == 0 ? 0 : 1;
+    hangs += WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM ? 1 : 0;
+  }
+  fs::remove(converted);
+  counts.refused += crashes;
+  std::printf("the library that reads bags ended its process %ld times (crash, memory), %ld of them after %u s; ",
+              crashes, hangs, kPatience_s);
+  return counts;
+}
+#endif
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 3 && argc != 4) return std::fputs("mcap_fuzz TIMES SEED [BAG]\n", stderr), 2;
   const long times = std::atol(argv[1]);
-  std::mt19937_64 random(std::strtoull(argv[2], nullptr, 10));
+  const std::uint64_t seed = std::strtoull(argv[2], nullptr, 10);
   // In memory, where there is such a folder.
   const fs::path folder = fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path();
   const fs::path file = folder / ("twocone_mcap_fuzz_" + std::to_string(::getpid()));
-  std::vector<std::string> samples;
-  if (argc == 4) samples.push_back(content_of(argv[3]));
-  for (int i = 0; i < 4 && argc == 3; ++i) {
-    write_sample(file, random);
-    samples.push_back(content_of(file));
-    samples.push_back(opened(file, folder / (file.filename().string() + "_opened")));
-  }
-  Damage damage(random);
-  long refused = 0, messages = 0, decoded = 0;
-  int status = 0;
-  for (long i = 0; i < times && status == 0; ++i) {
-    std::ofstream(file, std::ios::binary) << damage.of(samples[random() % samples.size()]);
-    try {
-      const fs::path readable = argc == 4 ? fs::path(file.string() + "_converted") : file;
-      if (argc == 4) importer::bag_to_mcap(file, readable);
-      importer::read_messages(readable, [&](const importer::TopicMessage& message) {
-        ++messages;
-        if (importer::kind_of(message.type) == importer::MessageKind::kNone) return;
-        try {
-          static_cast<void>(importer::decode(message.type, message.encoding, message.bytes));
-          ++decoded;
-        } catch (const importer::BadMessage&) {
-          return;
-        }
-      });
-    } catch (const config::FileError&) {
-      ++refused;
-    } catch (const std::exception& error) {
-      std::fprintf(stderr, "file %ld: %s\n", i, error.what());
-      status = 1;
-    }
-  }
+#ifdef TWOCONE_HAVE_ROSBAG
+  const Counts counts = argc == 4 ? with_bags(argv[3], file, times, seed) : with_files(file, times, seed);
+#else
+  if (argc == 4) return std::fputs("this build does not read bags: install librosbag-storage-dev\n", stderr), 2;
+  const Counts counts = with_files(file, times, seed);
+#endif
   fs::remove(file);
-  fs::remove(folder / (file.filename().string() + "_opened"));
-  fs::remove(file.string() + "_converted");
-  std::printf("%ld files: %ld refused; %ld messages, %ld decoded\n", times, refused, messages, decoded);
-  return status;
+  std::printf("%ld files: %ld refused; %ld messages, %ld decoded\n", counts.files, counts.refused, counts.messages,
+              counts.decoded);
+  return counts.has_failed ? 1 : 0;
 }

@@ -25,4 +25,7 @@ expect "as-built" twocone as
 cd "$2"
 expect "scenes/lab.map.yaml" twocone localise --map scenes/lab.map
 expect "README.md" twocone report READ
+expect "--v4l2-loopback" twocone serve --v4
+expect "README.md" twocone export runs/demo READ 2>"$1/completion.errors"
+[ ! -s "$1/completion.errors" ] || { cat "$1/completion.errors"; failed=1; }
 exit $failed

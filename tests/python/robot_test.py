@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public interface from Python: robots, frames, localisers."""
 
+import atexit
 import gc
 import os
 import pickle
@@ -155,6 +156,18 @@ class Robot(unittest.TestCase):
                 os._exit(status)
             self.assertEqual(os.waitpid(child, 0)[1], 0)
             self.assertEqual(robot.next_frame(timeout_s=60).number, 1)
+
+    def test_a_fork_that_has_dropped_the_robot_ends_well(self):
+        robot = twocone.open_robot(LAB)
+        child = os.fork()
+        if child == 0:
+            del robot
+            gc.collect()
+            atexit._run_exitfuncs()  # what the interpreter does at its end
+            os._exit(0)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+        self.assertEqual(robot.next_frame(timeout_s=60).number, 0)
+        robot.close()
 
 
 class Interrupt(unittest.TestCase):

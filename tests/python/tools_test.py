@@ -35,6 +35,7 @@ class Runs(Tools):
         self.assertEqual(run.truth.shape, (5, 4))
         self.assertEqual(len(run.fixes["error_m"]), 5)
         self.assertEqual(run.ranges["landmark"][0], "red")
+        self.assertEqual(run.fixes["outliers"].dtype.kind, "U")  # also where all are empty
         self.assertEqual(run.summary["frames"], 5)
         self.assertEqual(seen[-1], 1)
         self.assertTrue(all(file.exists() for file in run.image_files(4)))
@@ -79,7 +80,8 @@ class Runs(Tools):
         for options, text in (({"frames": 0}, "frames is 0, must be 1 to"), ({"behaviour": "fly"}, "must be one of wander"),
                               ({"method": "best"}, "no method 'best'"), ({"seed": -1}, "seed is -1, must be 0 to"),
                               ({"renderer": "gpu"}, "auto, native or povray"),
-                              ({"landmarks": False, "method": "paper"}, "needs method outline")):
+                              ({"landmarks": False, "method": "paper"}, "needs method outline"),
+                              ({"landmarks": False, "changes": {"estimator.method": "paper"}}, "needs method outline")):
             with self.assertRaisesRegex(ValueError, text):
                 self.drive("wrong", **options)
         self.drive()
@@ -122,6 +124,10 @@ class OtherTools(Tools):
             twocone.design(out=self.folder / "cannot", sigma_m=1e-4, at_m=8.0)
         with self.assertRaisesRegex(TypeError, "no requirement 'weight'"):
             twocone.design(out=self.folder / "other", weight=1.0)
+        with self.assertRaisesRegex(ValueError, "width_px is 640.5, must be a whole number"):
+            twocone.design(out=self.folder / "other", width_px=640.5)
+        with self.assertRaisesRegex(ValueError, "name is '../other', must be letters"):
+            twocone.design(out=self.folder / "other", name="../other")
         with self.assertRaisesRegex(twocone.FileError, "force=True"):
             twocone.design(out=self.folder / "design")
 
@@ -146,6 +152,22 @@ class OtherTools(Tools):
         with self.assertRaisesRegex(twocone.FileError, "nowhere"):
             twocone.tradeoff("nowhere.yaml", out=self.folder / "sweep")
         self.assertFalse(out.exists())
+
+
+    def test_an_interrupted_calibration_writes_nothing(self):
+        class Interrupted(Exception):
+            pass
+
+        def interrupt(number, frame):
+            raise Interrupted
+
+        run = self.drive(frames=40)
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        with self.assertRaises(Interrupted):
+            twocone.calibrate(run, out=self.folder / "out.yaml", frames=40)
+        self.assertFalse((self.folder / "out.yaml").exists())
 
 
 class Environment(unittest.TestCase):

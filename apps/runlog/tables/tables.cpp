@@ -196,28 +196,43 @@ bool is_given(const std::vector<std::string>& names) { return !names.empty(); }
 const auto& content_of(const auto& value) { return value; }
 double content_of(const std::optional<double>& number) { return *number; }
 
+/// Calls f(name, value) for each column.
+template <typename Row, typename F>
+void for_columns(const Row& row, const F& f) {
+  const std::vector<std::string> names = split_fields(TableReader<Row>::header());
+  std::apply(
+      [&](const auto&... column) {
+        auto name = names.begin();
+        (f(*name++, column), ...);
+      },
+      Columns<Row>::of(row));
+}
+
 }  // namespace
 
 template <typename Row>
 nlohmann::ordered_json to_object(const Row& row) {
   nlohmann::ordered_json object = nlohmann::ordered_json::object();
-  const std::string names = TableReader<Row>::header();
-  std::size_t begin = 0;
-  std::apply(
-      [&](const auto&... column) {
-        const auto put = [&](const auto& value) {
-          const std::size_t end = std::min(names.find(',', begin), names.size());
-          if (is_given(value)) object[names.substr(begin, end - begin)] = content_of(value);
-          begin = end + 1;
-        };
-        (put(column), ...);
-      },
-      Columns<Row>::of(row));
+  for_columns(row, [&](const std::string& name, const auto& value) {
+    if (is_given(value)) object[name] = content_of(value);
+  });
   return object;
 }
 
-#define TWOCONE_TABLE(Row)         \
-  template class TableReader<Row>; \
+template <typename Row>
+std::set<std::string> text_columns() {
+  std::set<std::string> names;
+  for_columns(Row(), [&]<typename Value>(const std::string& name, const Value& /*value*/) {
+    if constexpr (std::is_same_v<Value, std::string> || std::is_same_v<Value, std::vector<std::string>>) {
+      names.insert(name);
+    }
+  });
+  return names;
+}
+
+#define TWOCONE_TABLE(Row)                            \
+  template class TableReader<Row>;                    \
+  template std::set<std::string> text_columns<Row>(); \
   template nlohmann::ordered_json to_object(const Row& row)
 TWOCONE_TABLE(FrameRow);
 TWOCONE_TABLE(DriveRow);

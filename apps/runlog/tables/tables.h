@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -109,6 +110,9 @@ std::string to_line(const Row& row) {
 /// Returns the row as an object with the columns as keys. Fields that do not apply, and empty text, are left out.
 template <typename Row>
 nlohmann::ordered_json to_object(const Row& row);
+/// Returns the names of the columns whose fields are texts or lists of names.
+template <typename Row>
+std::set<std::string> text_columns();
 /// Returns the row's line. The heading is rounded to 1e-9 rad, as in the .tum files, because the heading of method
 /// paper comes from such a file.
 std::string to_line(const TrackRow& row);

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+namespace rosbag {
+class Bag;
+}
+
+namespace twocone::importer {
+
+/// Writes the messages of an open bag of ROS 1 as the MCAP file `to`. Only the program twocone_rosbag calls this
+/// (bag.h): the library may crash where a bag is damaged.
+/// @throws rosbag::BagException, std::exception for a damaged bag, or if the file cannot be written
+void write_messages(const rosbag::Bag& bag, const std::filesystem::path& to);
+
+}  // namespace twocone::importer
