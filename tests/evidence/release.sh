@@ -19,11 +19,11 @@ findings=$(grep -c '^[EW]:' "$work/lintian.log" || true)
 row "lintian's errors and warnings, beyond those overridden with a reason" "$findings" "0" "$(holds "$findings == 0")"
 
 before=${TWOCONE_EVIDENCE_0_1:-$(git log --format=%H -S'project(twocone VERSION 0.1' -- CMakeLists.txt | head -n 1)^}
-old() {
-  rm -rf "$work/old" && git worktree prune && git worktree add -f --detach "$work/old" "$before" &&
-    cd "$work/old" && cmake --preset release -D TWOCONE_BUILD_TESTS=OFF -D TWOCONE_BUILD_BENCHMARKS=OFF && cmake --build build/release --target twocone &&
-    { cmake --build build/release; } && cd build/release && cpack && cp ./*.deb "$work"
-}
+old() (
+  rm -rf "$work/old" && git worktree prune && git worktree add -f --detach "$work/old" "$before" && cd "$work/old" &&
+    cmake --preset release -D TWOCONE_BUILD_TESTS=OFF -D TWOCONE_BUILD_BENCHMARKS=OFF && cmake --build build/release &&
+    cd build/release && cpack && cp ./*.deb "$work"
+)
 step old old
 step debian tests/evidence/release/on_debian.sh "$work/first" "$(ls "$work"/twocone_0.1*.deb 2>/dev/null | head -n 1)" "$version"
 rows debian
