@@ -33,7 +33,6 @@ step fuzz_frames build/asan/tests/fuzz/frame_fuzz 1000000 1
 row "MJPG and raw frames: a million broken images, ASan and UBSan" "$(tail -n 1 "$work/fuzz_frames.log")" "no crash" "$(passed fuzz_frames)"
 
 step image_bench build/release/bench/image_bench --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
-try deb tests/evidence/deb.sh
 try without tests/evidence/without.sh
 
 block "Two V4L2 cameras and their faults" "$(log vivid | grep -v '^row |')"

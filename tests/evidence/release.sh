@@ -25,7 +25,7 @@ old() (
     cd build/release && cpack && cp ./*.deb "$work"
 )
 step old old
-step debian tests/evidence/release/on_debian.sh "$work/first" "$(ls "$work"/twocone_0.1*.deb 2>/dev/null | head -n 1)" "$version"
+step debian tests/evidence/release/on_debian.sh "$work/first" "$version" "$work/twocone_0.1.0_$(dpkg --print-architecture).deb"
 rows debian
 
 step site docs/site/build.py "$work/site"
