@@ -3,7 +3,7 @@
 # The release: two builds of the packages, lintian, a fresh Debian on which they are installed, upgraded from 0.1 and purged, the three
 # examples of the Python package there, the documentation as HTML, an image for containers, the promise of compatibility.
 # TWOCONE_EVIDENCE_0_1=COMMIT: the commit of version 0.1 whose package is upgraded; unless given, the last one.
-also=(python docs README.md CHANGELOG.md ARCHITECTURE.md CONTRIBUTING.md tests/formats tests/package)
+also=(python docs/man docs/site tests/formats tests/package)
 . "$(dirname "$0")/common.sh"
 version=$(sed -n 's/^project(twocone VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 
