@@ -9,7 +9,10 @@ version=$(sed -n 's/^project(twocone VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 
 step first cmake/package.sh "$work/first"
 # The second build is of a clone at another place.
-second() { rm -rf "$work/clone" && git clone -q . "$work/clone" && "$work/clone/cmake/package.sh" "$work/second"; }
+second() {
+  rm -rf "$work/clone" && git clone -q . "$work/clone" && git -C "$work/clone" checkout -q "$(cat "$work/first.commit")" &&
+    "$work/clone/cmake/package.sh" "$work/second"
+}
 step second second
 same=$(cmp -s "$work/first/SHA256SUMS" "$work/second/SHA256SUMS" && echo yes || echo no)
 row "files of two builds at two places with the same SHA-256 (source, packages)" "$(comm -12 <(sort "$work/first/SHA256SUMS") <(sort "$work/second/SHA256SUMS") | wc -l) of $(wc -l <"$work/first/SHA256SUMS")" "all" "$same"
