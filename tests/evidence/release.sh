@@ -21,7 +21,7 @@ step lintian lint
 findings=$(grep -c '^[EW]:' "$work/lintian.log" || true)
 row "lintian's errors and warnings, beyond those overridden with a reason" "$findings" "0" "$(holds "$findings == 0")"
 
-before=${TWOCONE_EVIDENCE_0_1:-$(git log --format=%H -S'project(twocone VERSION 0.1' -- CMakeLists.txt | head -n 1)^}
+before=${TWOCONE_EVIDENCE_0_1:-$(git log -n 1 --format=%H -S'project(twocone VERSION 0.1' -- CMakeLists.txt)^}
 old() (
   rm -rf "$work/old" && git worktree prune && git worktree add -f --detach "$work/old" "$before" && cd "$work/old" &&
     cmake --preset release -D TWOCONE_BUILD_TESTS=OFF -D TWOCONE_BUILD_BENCHMARKS=OFF && cmake --build build/release &&
