@@ -208,6 +208,7 @@ class Damage {
 struct Counts {
   long files = 0, refused = 0, messages = 0, decoded = 0;
   bool has_failed = false;
+  bool is_reading = false;  ///< in the code of this project, which must not crash
 };
 
 /// Damages and reads files until there are as many as asked for, or one fails.
@@ -225,13 +226,16 @@ class Fuzz {
       ++counts.files;  // before the file is read: it is not read again if it ends the process
       std::ofstream(file, std::ios::binary) << Damage(random).of(samples_[random() % samples_.size()]);
       try {
-        read(to_mcap(file), counts);
+        const fs::path readable = to_mcap(file);
+        counts.is_reading = true;
+        read(readable, counts);
       } catch (const config::FileError&) {
         ++counts.refused;
       } catch (const std::exception& error) {
         std::fprintf(stderr, "file %ld: %s\n", counts.files, error.what());
         counts.has_failed = true;
       }
+      counts.is_reading = false;
     }
   }
 
@@ -303,6 +307,10 @@ Counts with_bags(const fs::path& sample, const fs::path& file, long times, std::
     }
     int status = 0;
     ::waitpid(child, &status, 0);
+    if (status != 0 && counts.is_reading) {
+      std::fprintf(stderr, "file %ld: a crash after the library has read it\n", counts.files);
+      counts.has_failed = true;
+    }
     crashes += status == 0 ? 0 : 1;
     hangs += WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM ? 1 : 0;
   }
