@@ -6,11 +6,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/config/to_layers.h"
 #include "apps/config/yaml/names.h"
 #include "apps/config/yaml/text_file.h"
 #include "apps/runlog/storage/results_exchange.h"
 #include "apps/runlog/tables/tables.h"
 #include "localisation/fix.h"
+#include "localisation/odometry.h"
 
 namespace twocone::runlog {
 namespace {

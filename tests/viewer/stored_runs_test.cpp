@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/viewer/stored_runs.h"
 
+#include <atomic>
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/config/map_file.h"
+#include "apps/config/robot_file.h"
 #include "apps/config/yaml/text_file.h"
+#include "apps/runs/run.h"
 #include "drivers/memory/memory.h"
 #include "tests/support/memory_robot.h"
 #include "tests/support/temporary_folder.h"

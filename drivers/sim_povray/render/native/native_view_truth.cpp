@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drivers/sim_povray/render/native/native_view.h"
+#include "drivers/sim_povray/scene/evaluator.h"
 
 namespace twocone::sim_povray {
 
