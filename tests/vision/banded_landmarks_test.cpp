@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+
 #include "tests/support/synthetic_bands.h"
 #include "tests/support/synthetic_lab.h"
 #include "vision/bands/band_code.h"

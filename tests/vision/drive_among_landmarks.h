@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "tests/vision/lab_rig.h"
 #include "vision/calibration.h"
 
