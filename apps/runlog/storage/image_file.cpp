@@ -88,7 +88,7 @@ std::string decode(std::string_view bytes, Image& rgb) {
   std::string wrong = reader.error_of([&] {
     png_set_read_fn(png, &unread, next_bytes);
     png_set_user_limits(png, kMostPixels, kMostPixels);
-    // Unless told so, libpng 1.6.48 only warns of a damaged last chunk.
+    // Without this call, libpng 1.6.48 accepts a file whose last chunk has a wrong CRC.
     png_set_crc_action(png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
     png_read_info(png, reader.info());
     png_set_expand(png);
